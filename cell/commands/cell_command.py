@@ -32,6 +32,7 @@ COMMANDS = {
     "return": Subcommand(".operator.robot_orders", "return_", f"cell return left -f {FILE}"),
     "step": Subcommand(".operator.robot_orders", "step", f"cell step left -f {FILE}"),
     "override": Subcommand(".operator.robot_orders", "override", f"cell override left 30 -f {FILE}"),
+    "tool": Subcommand(".operator.robot_orders", "tool", f"cell tool left none -f {FILE}"),
     "part": Subcommand(".operator.robot_orders", "part", f"cell part left none -f {FILE}"),
     "manual": Subcommand(".operator.robot_orders", "manual", f"cell manual left on -f {FILE}"),
     "jog": Subcommand(".operator.jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),

@@ -74,6 +74,7 @@ from cell.messages.robot_commands import (
     SetManual,
     SetOverride,
     SetPart,
+    SetTool,
     Step,
     Teach,
 )
@@ -181,6 +182,7 @@ __all__ = [
     "SetManual",
     "SetOverride",
     "SetPart",
+    "SetTool",
     "SetZone",
     "SetpointBlock",
     "SetupStatus",

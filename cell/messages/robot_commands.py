@@ -90,6 +90,16 @@ class SetManual(Command):
 
 @command("robot")
 @dataclass(frozen=True, slots=True)
+class SetTool(Command):
+    """Which tool is mounted, by the word of an operator who has looked; ends a program that is halted."""
+
+    verb: ClassVar[str] = "tool"
+    tool: Name | None
+    """Of its robot file; None for none."""
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
 class SetPart(Command):
     """What is in the robot's gripper, by the word of an operator who has looked; ends a program that is halted."""
 

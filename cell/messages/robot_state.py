@@ -114,7 +114,7 @@ class RobotState:
     joints: Annotated[tuple[Number, ...], Few] | None
     """Measured joints [rad or m]."""
     tcp_position_m: Vector | None
-    """Measured flange or tool centre point in world."""
+    """Measured place of the TCP of the mounted tool in world; without a tool, of the flange."""
     tcp_quaternion_xyzw: tuple[Number, Number, Number, Number] | None
     tcp_speed_m_s: Number | None
     """Commanded speed of the TCP."""
@@ -131,6 +131,8 @@ class RobotState:
     frames: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
     """Frame in which a thing stands: the version by which the next motions are planned."""
     reserve: Reserve | None = None
+    tool: Name | None = ""
+    """The mounted tool, of its robot file, empty for none; None where nobody has said it yet."""
     part: Name | None = ""
     """What the robot holds: a part of its robot file, empty for none; None where nobody has said it yet."""
     clock: ClockStatus | None = None

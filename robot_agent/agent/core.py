@@ -45,9 +45,9 @@ from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.passed import Passed
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
-from robot_agent.agent.program.held_parts import HeldParts
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.meetings import Meetings
+from robot_agent.agent.program.mounted_now import MountedNow
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.space.shared_space import SharedSpace, Use
@@ -85,7 +85,7 @@ class AgentCore:
         self._planner_for = planner_for
         self._planner: Planner | None = None
         self._grown_into: frozenset[str] = frozenset()
-        """Zones that the part is in which the program is about to attach."""
+        """Zones that the tool or the part is in which the program is about to take."""
         self._torques: AxisTorques | None = None
         """None where the robot's file says too little."""
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
@@ -101,9 +101,9 @@ class AgentCore:
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones, self.space)
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
         self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
-        self.parts = HeldParts()
+        self.mounted = MountedNow()
         self.teaching = Teaching(robot, cell, program, self._frames)
-        doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.parts, self.teaching
+        doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted, self.teaching
         decisions = Decisions(robot, *doers)
         self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions, self.teaching)
         self.mode = Mode.STARTING
@@ -189,8 +189,8 @@ class AgentCore:
         planner, told = self._planner, (self.link.grant.cycle_s, self.link.grant.quick_stop)
         if planner is None or told != (planner.cycle_s, planner.quick_stop):
             planner = self._planner_for(*told)
-            self.parts.declare(planner.model.description.parts)
-            planner = self._plan_with(planner.holding(self.parts.held))
+            self.mounted.declare(planner.model.description, changes_tools=self.run.changes_tools)
+            planner = self._plan_with(planner.mounting(self.mounted.present))
             self.clock.ticks_last(planner.cycle_s)
             self.corrections.place(planner.pose_world_base)
         feedback = feedback_in_joints(planner.model.coupling, feedback)
@@ -204,7 +204,7 @@ class AgentCore:
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, planner, now)
         effects += self._plan_ahead(feedback, now)
-        effects.append(self._state(feedback, planner, now))
+        effects.append(self._state(feedback, planner.mounting(self.mounted.present), now))
         return effects + self.report.take_events()
 
     def _may_leave(self, feedback: DriveFeedback | None, now: float) -> bool:
@@ -328,7 +328,7 @@ class AgentCore:
             self.jogging.end("the robot was stopped")
         self.mode = self._progress.advance(self.mode, executive, feedback, planner, now)
         self.zones.spaces.by_program = self.run.spaces_off(executive.timeline, feedback.tick)
-        executive, planner = self._take_part(executive, feedback, planner, now)
+        executive, planner = self._mount(executive, feedback, planner, now)
         wants = self._doing(self.mode).wants(executive, feedback.tick) | dict.fromkeys(self._grown_into, 0.0)
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
@@ -388,44 +388,44 @@ class AgentCore:
             stands = standing(planner.model, planner.pose_world_base, feedback.position, ROOM_M)
         return Use(self.space.beside_blocks(body, stands), planner.model)
 
-    # What the robot holds
+    # What the robot carries
 
     def _plan_with(self, planner: Planner) -> Planner:
-        """From here on plans, bodies and torques are those of the robot with what it holds in this planner."""
+        """From here on plans, bodies and torques are those of the robot with what it carries in this planner."""
         planner.place(self._frames.present)
         self._planner = planner
         self._torques = axis_torques(planner.model, planner.pose_world_base)
         return planner
 
     def _standing(self, executive: Executive, planner: Planner, feedback: DriveFeedback) -> Executive:
-        """What supplies the robot, which rests, with the planner of what it holds from here on."""
+        """What supplies the robot, which rests, with the planner of what it carries from here on."""
         standing = planner.standstill(executive.timeline.newest.segment.q[-1], self.zones.geometry or ())
         return Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
 
     def _take_word(self, feedback: DriveFeedback, planner: Planner) -> Planner:
-        """Hold what an operator has just said."""
-        if self.parts.held == planner.held:
+        """Carry what an operator has just said."""
+        if self.mounted.present == planner.mounted:
             return planner
-        holding = self._plan_with(planner.holding(self.parts.held))
+        carrying = self._plan_with(planner.mounting(self.mounted.present))
         if self.executive is not None:
-            self.executive = self._standing(self.executive, holding, feedback)
-        return holding
+            self.executive = self._standing(self.executive, carrying, feedback)
+        return carrying
 
-    def _take_part(
+    def _mount(
         self, executive: Executive, feedback: DriveFeedback, planner: Planner, now: float
     ) -> tuple[Executive, Planner]:
-        """Do the ATTACH or DETACH to which the program has come, once the robot may be in the zones that it is in then.
+        """Do the T, ATTACH or DETACH to which the program has come, once it may be in the zones that it is in then.
 
         The part belongs to the body before its gripper has closed, and until after that has opened.
         """
         self._grown_into = frozenset()
-        if self.run.to_hold is None:
+        if self.run.to_mount is None:
             return executive, planner
-        holding = planner.holding(self.run.to_hold.parts)
-        grown = self._standing(executive, holding, feedback)
+        carrying = planner.mounting(self.run.to_mount.mounted)
+        grown = self._standing(executive, carrying, feedback)
         entered = sorted(self._announcer.entered(grown.passed(feedback, None).body))
         closed = [zone for zone in entered if not self.zones.permitted(zone, now)]
-        room = standing(holding.model, holding.pose_world_base, feedback.commanded, ROOM_M)
+        room = standing(carrying.model, carrying.pose_world_base, feedback.commanded, ROOM_M)
         if not closed and not self.space.room_for(room):
             self.run.held_up = self.space.why
             return executive, planner
@@ -433,11 +433,11 @@ class AgentCore:
             self._grown_into = frozenset(closed)
             self.run.held_up = self.zones.why_not(closed[0])
             return executive, planner
-        self.parts.take(self.run.to_hold.parts)
-        self.run.holds()
-        self._plan_with(holding)
-        self.executive = self._standing(executive, holding, feedback)  # with its torques
-        return self.executive, holding
+        self.mounted.take(self.run.to_mount.mounted)
+        self.run.carries()
+        self._plan_with(carrying)
+        self.executive = self._standing(executive, carrying, feedback)  # with its torques
+        return self.executive, carrying
 
     def _stands(self, feedback: DriveFeedback) -> bool:
         """Without torque, and nothing is under way that would give it some."""
@@ -499,4 +499,6 @@ class AgentCore:
         )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
         frames = {frame.frame: frame.version for frame in self._frames.present}
-        return Publish(replace(state, frames=frames, part=self.parts.told, clock=self.clock.status(now)))
+        return Publish(
+            replace(state, frames=frames, tool=self.mounted.tool, part=self.mounted.part, clock=self.clock.status(now))
+        )

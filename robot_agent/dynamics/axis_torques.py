@@ -85,21 +85,21 @@ def _body(model: Model, gravity: Array) -> tuple[RigidBody, Array] | None:
 def _masses(model: Model) -> tuple[LinkMass, ...]:
     """Of links, tool and part; these alone are not the robot's weight, so without links there is none.
 
-    Which of several parts is held nobody knows, and none of them counts. The arms of a
+    Which of several tools or parts it carries nobody knows, and none of them counts. The arms of a
     delta are closed chains: nothing but its rotors is known.
     """
     if not isinstance(model, SerialModel) or not model.masses:
         return ()
     tool, flange = model.description.tool, len(model.link_names) - 1
     carried = [] if tool is None else [LinkMass(flange, tool.mass_kg, tool.centre_m, tool.inertia_kg_m2, tool.name)]
-    if len(model.description.held) == 1:
+    if len(model.description.mounted.parts) == 1:
         carried.append(_held_mass(model.description, flange))
     return (*model.masses, *(each for each in carried if each.mass_kg > 0.0))
 
 
 def _held_mass(description: RobotDescription, flange: int) -> LinkMass:
     """The part that is held, in the frame of the flange."""
-    part, pose_flange_tcp = description.parts[description.held[0]], description.pose_flange_tcp
+    part, pose_flange_tcp = description.parts[description.mounted.parts[0]], description.pose_flange_tcp
     turn = pose_flange_tcp[:3, :3]
     x, y, z = transform_points(pose_flange_tcp, np.array([part.centre_m]))[0].tolist()
     return LinkMass(flange, part.mass_kg, (x, y, z), turn @ part.inertia_kg_m2 @ turn.T, part.name)

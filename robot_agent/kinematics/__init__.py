@@ -1,5 +1,5 @@
-"""From joints to poses and back, closed form, all branches, batched. SI units and radians, poses of the flange in the
-robot's base frame.
+"""From joints to poses and back, closed form, all branches, batched. SI units and radians, poses of the TCP of
+the mounted tool in the robot's base frame; without a tool those of the flange.
 
 `load_model` reads a robot file and gives the `Model` of its family. On top: what all models answer (model, choice of
 the branch, tracking, mounting) and what open chains share (chain, serial, reach). Below: families/ with a closed form
@@ -21,7 +21,7 @@ from robot_agent.kinematics.errors import (
 from robot_agent.kinematics.families.six_axis import SixAxis
 from robot_agent.kinematics.loader import load_model, model_of
 from robot_agent.kinematics.model import Model
-from robot_agent.kinematics.mounting import Carrier, Fixed, LinearTrack, Turntable, flange_in_base, tcp_in_world
+from robot_agent.kinematics.mounting import Carrier, Fixed, LinearTrack, Turntable, tcp_in_base, tcp_in_world
 from robot_agent.kinematics.numeric.numeric_model import BareUrdf, NumericModel
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
@@ -49,8 +49,8 @@ __all__ = [
     "Turntable",
     "UnknownName",
     "Unreachable",
-    "flange_in_base",
     "load_model",
     "model_of",
+    "tcp_in_base",
     "tcp_in_world",
 ]

@@ -25,6 +25,8 @@ from robot_agent.model.families import shape_of
 class Model(ABC):
     """Kinematics of one robot. Link 0 is the base, the last one the flange.
 
+    Poses, velocities and Jacobians are those of the TCP of the mounted tool; without a tool the TCP is the flange.
+
     In families with one chain link `i` is the frame behind joint `i`; palletizer and delta have links of their own.
     """
 
@@ -51,6 +53,8 @@ class Model(ABC):
         """`(n,)`: whether each joint slides."""
         self.linear_names = tuple(name for name, slides in zip(self.joint_names, self.linear, strict=True) if slides)
         self.coupling = Coupling.of(description.coupling, self.n)
+        self._tcp = description.pose_flange_tcp[:3, 3]
+        """`(3,)` [m] in the frame of the flange."""
         self._capsule_radii = np.array([c.radius_m for c in self.body], dtype=float)
         self._capsule_links = np.array([c.link for c in self.body], dtype=int)
         self._capsule_ends = np.array([(c.start_m, c.end_m) for c in self.body], dtype=float).reshape(-1, 2, 3)
@@ -73,8 +77,7 @@ class Model(ABC):
         with one chain (`robot_agent.kinematics.reach`).
         """
         flange = len(self.link_names) - 1
-        ends = np.stack([np.zeros(3), self.tcp_at(np.eye(4))[:3, 3]])
-        reach = float(farthest(self._places(flange, ends)).max())
+        reach = float(farthest(self._places(flange, np.stack([np.zeros(3), self._tcp]))).max())
         for link in sorted(set(self._capsule_links.tolist())):
             mine = self._capsule_links == link
             ends = farthest(self._places(link, self._capsule_ends[mine].reshape(-1, 3)))
@@ -90,12 +93,12 @@ class Model(ABC):
         """Joints `(..., n)` -> poses of all links in base `(..., links, 4, 4)`; names: `link_names`."""
 
     @abstractmethod
-    def jacobian(self, q: Array) -> Array:
+    def flange_jacobian(self, q: Array) -> Array:
         """Joints `(..., n)` -> `(..., 6, n)`: flange velocity per joint velocity, linear then angular, base axes."""
 
     @abstractmethod
-    def jacobian_derivative(self, q: Array, qd: Array) -> Array:
-        """Joints and their speeds `(..., n)` -> `(..., 6, n)`: how fast the Jacobian changes."""
+    def flange_jacobian_derivative(self, q: Array, qd: Array) -> Array:
+        """Joints and their speeds `(..., n)` -> `(..., 6, n)`: how fast the Jacobian of the flange changes."""
 
     @abstractmethod
     def singularity(self, q: Array) -> SingularityDistance:
@@ -103,7 +106,7 @@ class Model(ABC):
 
     @abstractmethod
     def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
-        """All joints that bring the flange to `poses` `(..., 4, 4)`.
+        """All joints that bring the TCP to `poses` `(..., 4, 4)`.
 
         `near`: `(n,)` or `(..., n)`, the joints that free joints keep and to whose turn the rest is brought; zeros when
         not given.
@@ -116,10 +119,11 @@ class Model(ABC):
     def manipulability(self, q: Array) -> Array:
         """Joints `(..., n)` -> `(...)`: product of the singular values of the Jacobian; 0 where it is singular.
 
-        Of six axes that is |det J|, in m^3 where all of them turn: what the volume of joint speeds becomes for the
-        flange (Yoshikawa, Manipulability of Robotic Mechanisms, 1985).
+        That of the flange: what the arm can do is no matter of its tool. Of six axes it is |det J|, in m^3 where all of
+        them turn: what the volume of joint speeds becomes for the flange (Yoshikawa, Manipulability of
+        Robotic Mechanisms, 1985).
         """
-        return np.asarray(np.linalg.svd(self.jacobian(q), compute_uv=False).prod(axis=-1))
+        return np.asarray(np.linalg.svd(self.flange_jacobian(q), compute_uv=False).prod(axis=-1))
 
     def from_limits(self, q: Array) -> Array:
         """Joints `(..., n)` -> how far each is from the nearer of its limits [rad or m]; below zero beyond it."""
@@ -127,9 +131,27 @@ class Model(ABC):
         return np.asarray(np.minimum(q - lower, upper - q))
 
     def forward(self, q: Array) -> Array:
-        """Joints `(..., n)` [rad or m] -> pose of the flange in base `(..., 4, 4)`."""
-        flange: Array = self.links(q)[..., -1, :, :]
-        return flange
+        """Joints `(..., n)` [rad or m] -> pose of the TCP in base `(..., 4, 4)`."""
+        return self.tcp_at(self.links(q)[..., -1, :, :])
+
+    def jacobian(self, q: Array) -> Array:
+        """Joints `(..., n)` -> `(..., 6, n)`: TCP velocity per joint velocity, linear then angular, base axes."""
+        flange = self.flange_jacobian(q)
+        return flange if self.description.tool is None else moved(flange, self._to_tcp(q))
+
+    def jacobian_derivative(self, q: Array, qd: Array) -> Array:
+        """Joints and their speeds `(..., n)` -> `(..., 6, n)`: how fast the Jacobian changes.
+
+        The TCP's velocity is v + w x a, with a from flange to TCP; a changes by w x a.
+        """
+        change = self.flange_jacobian_derivative(q, qd)
+        if self.description.tool is None:
+            return change
+        jacobian, arm = self.flange_jacobian(q), self._to_tcp(q)
+        w = (jacobian[..., 3:, :] @ np.asarray(qd)[..., None])[..., 0]
+        change = moved(change, arm)
+        change[..., :3, :] += np.cross(jacobian[..., 3:, :], np.cross(w, arm)[..., None], axis=-2)
+        return change
 
     def capsules(self, q: Array) -> Array:
         """Joints `(..., n)` -> end points of all capsules in base `(..., c, 2, 3)` [m]; radii: `capsule_radii`."""
@@ -154,29 +176,32 @@ class Model(ABC):
         """Pairs of links, the smaller number first, that a joint holds together: their bodies always touch."""
         return frozenset((link, link + 1) for link in range(len(self.link_names) - 1))
 
-    def tcp(self, q: Array) -> Array:
-        """Joints `(..., n)` -> pose in base `(..., 4, 4)` of the mounted tool's TCP; without a tool, of the flange."""
-        return self.tcp_at(self.forward(q))
-
     def tcp_at(self, pose_base_flange: Array) -> Array:
         """Where the TCP is, `(..., 4, 4)`, when the flange is at these poses."""
         tool = self.description.tool
         return pose_base_flange if tool is None else np.asarray(pose_base_flange @ tool.pose_flange_tcp)
 
     def flange_at(self, pose_base_tcp: Array) -> Array:
-        """Where the flange is, `(..., 4, 4)`, when the mounted tool's TCP is at these poses: before `inverse`."""
-        poses, tool = check_poses(pose_base_tcp, "TCP poses"), self.description.tool
-        return poses if tool is None else np.asarray(poses @ inverse_pose(tool.pose_flange_tcp))
+        """Where the flange is, `(..., 4, 4)`, when the mounted tool's TCP is at these poses. Raises as `inverse`."""
+        tool = self.description.tool
+        if tool is None:
+            return pose_base_tcp
+        return np.asarray(check_poses(pose_base_tcp, "poses") @ inverse_pose(tool.pose_flange_tcp))
 
     def tool_speed(self, q: Array, qd: Array) -> Array:
-        """Joints and their speeds `(..., n)` -> `(...)` [m/s]: the speed of flange or TCP, the larger one."""
-        twist = (self.jacobian(q) @ qd[..., None])[..., 0]
+        """Joints and their speeds `(..., n)` -> `(...)` [m/s]: of flange and TCP the faster one.
+
+        Where any of several tools may be mounted it is that of the fastest TCP.
+        """
+        twist = (self.flange_jacobian(q) @ qd[..., None])[..., 0]
         v, w = twist[..., :3], twist[..., 3:]
         speed = np.sqrt(np.einsum("...k,...k", v, v))
-        if self.description.tool is None:
+        if not self.description.mounted.tools:
             return np.asarray(speed)
-        arm = self.tcp(q)[..., :3, 3] - self.forward(q)[..., :3, 3]
-        return np.asarray(np.maximum(speed, np.linalg.norm(v + np.cross(w, arm), axis=-1)))
+        flange = self.links(q)[..., -1, :3, :3]
+        for pose in self.description.poses_flange_tcp:
+            speed = np.maximum(speed, np.linalg.norm(v + np.cross(w, flange @ pose[:3, 3]), axis=-1))
+        return np.asarray(speed)
 
     def joints_from_axes(self, axes: Array) -> Array:
         """Axes `(..., n)` [rad or m], motors behind their gears -> joints: before `forward`."""
@@ -187,16 +212,16 @@ class Model(ABC):
         return self.coupling.axes(self.check_joints(q))
 
     def reaches(self, poses: Array) -> Flags:
-        """Poses `(..., 4, 4)` -> `(...)`: whether some joints inside the limits bring the flange there."""
+        """Poses `(..., 4, 4)` -> `(...)`: whether some joints inside the limits bring the TCP there."""
         return np.asarray(self.inverse(poses).in_limits.any(axis=-1))
 
     def why_unreachable(self, pose: Array) -> Violation | None:
-        """What keeps the flange from one pose `(4, 4)`; None when the robot reaches it."""
+        """What keeps the TCP from one pose `(4, 4)`; None when the robot reaches it."""
         solutions = self.inverse(self._one_pose(pose))
         return None if solutions.in_limits.any() else self.explain(pose, solutions)
 
     def explain(self, pose: Array, solutions: Solutions, allowed: Flags | None = None) -> Violation:
-        """Why none of the allowed branches `(k,)` brings the flange to one pose; all branches when not given."""
+        """Why none of the allowed branches `(k,)` brings the TCP to one pose; all branches when not given."""
         self._one_pose(pose)
         return choice.why(self, solutions, allowed)
 
@@ -289,6 +314,10 @@ class Model(ABC):
             raise BadInput("near", f"shape {near.shape}", f"({self.n},) or {(*leading, self.n)}")
         return np.ascontiguousarray(near.reshape(-1, self.n).T)
 
+    def _to_tcp(self, q: Array) -> Array:
+        """Joints `(..., n)` -> from the flange to the TCP `(..., 3)` [m], base axes."""
+        return np.asarray(self.links(q)[..., -1, :3, :3] @ self._tcp)
+
     def _one_pose(self, pose: Array) -> Array:
         pose = check_poses(pose)
         if pose.ndim != 2:
@@ -299,12 +328,14 @@ class Model(ABC):
         return shape_of(self.description.family).links
 
     def _whole_body(self) -> tuple[CapsuleBody, ...]:
-        tool, flange = self.description.tool, len(self.link_names) - 1
-        mounted = () if tool is None else tool.capsules
-        parts = (self.description.parts[name] for name in self.description.held)
-        held = (_in_flange(self.description.pose_flange_tcp, capsule) for part in parts for capsule in part.capsules)
+        described, flange = self.description, len(self.link_names) - 1
+        mounted = [capsule for name in described.mounted.tools for capsule in described.tools[name].capsules]
+        parts = (described.parts[name] for name in described.mounted.parts)
+        held = (
+            _in_flange(pose, each) for part in parts for pose in described.poses_flange_tcp for each in part.capsules
+        )
         carried = (CapsuleBody(flange, c.start_m, c.end_m, c.radius_m) for c in (*mounted, *held))
-        return (*self.description.capsules, *carried)
+        return (*described.capsules, *carried)
 
     def _problems(self) -> Iterator[str]:
         """Everything that makes the description no robot of its family."""
@@ -312,6 +343,12 @@ class Model(ABC):
         yield from body_problems(self.body, len(self.link_names))
         yield from apart_problems(self.description.apart, self.link_names, self.description.parts)
         yield from coupling_problems(self.description)
+
+
+def moved(jacobian: Array, arm: Array) -> Array:
+    """A Jacobian `(..., 6, n)` for the point `arm` `(..., 3)` [m] away, base axes: its angular part is the same."""
+    turning = np.cross(jacobian[..., 3:, :], arm[..., None], axis=-2)
+    return np.concatenate([jacobian[..., :3, :] + turning, jacobian[..., 3:, :]], axis=-2)
 
 
 def _in_flange(pose_flange_tcp: Array, capsule: Capsule) -> Capsule:

@@ -67,18 +67,18 @@ class Turntable:
 
 def tcp_in_world(model: Model, carrier: Carrier, q: Array, external: Array) -> Array:
     """Joints `(..., n)` and external axis `(...)` -> pose of the mounted tool's TCP in world `(..., 4, 4)`."""
-    return np.asarray(carrier.base_of(external) @ model.tcp(q))
+    return np.asarray(carrier.base_of(external) @ model.forward(q))
 
 
-def flange_in_base(model: Model, carrier: Carrier, pose_world_tcp: Array, external: Array) -> Array:
-    """TCP poses in world `(..., 4, 4)` and external axis `(...)` -> flange in base, for `Model.inverse` and `solve`.
+def tcp_in_base(carrier: Carrier, pose_world_tcp: Array, external: Array) -> Array:
+    """TCP poses in world `(..., 4, 4)` and external axis `(...)` -> in base, for `Model.inverse` and `solve`.
 
     Raises:
         cell.geometry.GeometryError: the poses are none.
         BadInput: the external axis is not finite.
     """
     poses = check_poses(pose_world_tcp, "TCP poses")
-    return model.flange_at(inverse(carrier.base_of(external)) @ poses)
+    return np.asarray(inverse(carrier.base_of(external)) @ poses)
 
 
 def _checked(external: Array) -> Array:

@@ -42,11 +42,11 @@ class SerialModel(Model):
         frames[..., -1, :, :] = self._chain.flange(frames)
         return frames
 
-    def jacobian(self, q: Array) -> Array:
+    def flange_jacobian(self, q: Array) -> Array:
         jacobian = self._chain.jacobian(self._frames(q))
         return jacobian if self._mixing is None else np.asarray(jacobian @ self._mixing)
 
-    def jacobian_derivative(self, q: Array, qd: Array) -> Array:
+    def flange_jacobian_derivative(self, q: Array, qd: Array) -> Array:
         speeds = self._coordinates(self.check_joints(qd, "joint speeds"))
         change = self._chain.jacobian_derivative(self._frames(q), speeds)
         return change if self._mixing is None else np.asarray(change @ self._mixing)

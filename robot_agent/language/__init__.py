@@ -8,7 +8,6 @@ from robot_agent.language.interpreter import Interpreter, Step
 from robot_agent.language.moves import (
     ActiveFrame,
     ArcStep,
-    FlangeStep,
     Home,
     LineStep,
     MotionStep,
@@ -19,10 +18,11 @@ from robot_agent.language.moves import (
     MoveSpline,
     SplineStep,
     Tangent,
+    TcpStep,
 )
 from robot_agent.language.names import Names, Points, points_owner
 from robot_agent.language.parser import parse_program
-from robot_agent.language.parts import Attach, Detach, held_before, uses_parts
+from robot_agent.language.parts import Attach, ChangeTool, Detach, changes_tools, mounted_before, mounts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
 from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, Speed, Sub, SwitchSpace, Track, Wait
 from robot_agent.language.statement import STATEMENTS, Statement
@@ -31,9 +31,9 @@ from robot_agent.language.steps import (
     Aim,
     Finished,
     Goal,
-    HoldParts,
     JointStep,
     Meet,
+    Mount,
     MoveCaps,
     Orientation,
     Pause,
@@ -53,13 +53,12 @@ __all__ = [
     "Aim",
     "ArcStep",
     "Attach",
+    "ChangeTool",
     "Detach",
     "End",
     "Finished",
-    "FlangeStep",
     "Goal",
     "Goto",
-    "HoldParts",
     "Home",
     "Interpreter",
     "JointStep",
@@ -68,6 +67,7 @@ __all__ = [
     "Meet",
     "MeetOthers",
     "MotionStep",
+    "Mount",
     "Move",
     "MoveArc",
     "MoveCaps",
@@ -94,13 +94,15 @@ __all__ = [
     "SwitchNow",
     "SwitchSpace",
     "Tangent",
+    "TcpStep",
     "Track",
     "TrackingOff",
     "TrackingOn",
     "Wait",
-    "held_before",
+    "changes_tools",
+    "mounted_before",
+    "mounts",
     "parse_program",
     "points_owner",
     "settled",
-    "uses_parts",
 ]

@@ -8,8 +8,8 @@ from robot_agent.language.program import Program
 from robot_agent.language.statement import Walk
 from robot_agent.language.steps import (
     Finished,
-    HoldParts,
     Meet,
+    Mount,
     Pause,
     ProgramFault,
     Switch,
@@ -17,12 +17,13 @@ from robot_agent.language.steps import (
     TrackingOff,
     TrackingOn,
 )
+from robot_agent.model.description import Mounted
 
 _MAX_IDLE_STATEMENTS = 10_000
 _MAX_SWITCHES = 100
 """At one place."""
 
-Step = MotionStep | Pause | SwitchNow | HoldParts | Meet | TrackingOn | TrackingOff | Finished | ProgramFault
+Step = MotionStep | Pause | SwitchNow | Mount | Meet | TrackingOn | TrackingOff | Finished | ProgramFault
 
 
 class Interpreter:
@@ -31,10 +32,12 @@ class Interpreter:
     Outputs that are switched after a move are part of its step, so it looks one step farther.
     """
 
-    def __init__(self, program: Program, held: tuple[str, ...] | None = None) -> None:
-        """`held` are the parts that the robot holds, or may hold, before it; None where that does not matter."""
+    def __init__(self, program: Program, mounted: Mounted | None = None) -> None:
+        """`mounted` is what the robot carries, or may carry, before it; None where that does not matter."""
         self._program = program
-        self._at = Walk(held=held, points=program.points)
+        self._at = Walk(points=program.points)
+        if mounted is not None:
+            self._at.tools, self._at.held = mounted.tools, mounted.parts
         self._end: Finished | ProgramFault | None = None
         self._following: Step | Switch | None = None
         """What comes next, when it is known already."""
@@ -61,7 +64,7 @@ class Interpreter:
         """Where the walk is: from equal places it goes on alike."""
         following = None if self._following is None else self._following.line
         at = self._at
-        switched = at.tangential_rad, at.tracking, at.spaces_off, at.held, at.frame
+        switched = at.tangential_rad, at.tracking, at.spaces_off, at.tools, at.held, at.frame
         speeds = at.joint_speed, at.path_speed_m_s, at.speed_share
         calls = tuple((call.back, call.left, frozenset(call.jumps_left.items())) for call in at.calls)
         return at.index, frozenset(at.jumps_left.items()), calls, switched, speeds, following
@@ -80,7 +83,7 @@ class Interpreter:
             if isinstance(step, Finished | ProgramFault):
                 return self._finish(step)
             if isinstance(step, MotionStep):
-                return replace(step, spaces_off=self._at.spaces_off, held=self._at.held or ())
+                return replace(step, spaces_off=self._at.spaces_off, mounted=self._at.mounted)
             if step is not None:
                 return step
         text = f"{_MAX_IDLE_STATEMENTS} statements without a motion or WAIT: put one into the loop"

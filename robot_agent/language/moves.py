@@ -30,6 +30,7 @@ from robot_agent.language.words import (
     named_numbers,
     percent,
 )
+from robot_agent.model.description import NOTHING, Mounted
 
 _COORDINATES = ("X", "Y", "Z", "A", "B", "C")
 _HOME = "HOME"
@@ -110,7 +111,7 @@ class MoveJoints(Move):
 @statement("ML")
 @dataclass(frozen=True, slots=True)
 class MoveLine(Move):
-    """`ML X=… F=…`: the flange moves on a straight line in the robot's base frame."""
+    """`ML X=… F=…`: the TCP moves on a straight line in the robot's base frame."""
 
     position_m: Position
     orientation_abc: Orientation | None
@@ -118,13 +119,13 @@ class MoveLine(Move):
     pace: MoveCaps = FREELY
     wrist_may_flip: bool = False
     tangential_rad: float | None = None
-    """`TANG`, on every move of the flange: the tool follows the direction of the path, at this angle to it."""
+    """`TANG`, on every move of the TCP: the tool follows the direction of the path, at this angle to it."""
     switches: tuple[Switch, ...] = ()
     """On every move: what is switched at its end."""
     spaces_off: frozenset[str] = frozenset()
     """On every move: the spaces that are switched off during it."""
-    held: tuple[str, ...] = ()
-    """On every move: the part that is held during it."""
+    mounted: Mounted = NOTHING
+    """On every move: what the robot carries during it."""
     aim: Aim = HERE
     """On every move: what is said of the target beside its coordinates."""
 
@@ -148,7 +149,7 @@ class MoveLine(Move):
 @statement("MC")
 @dataclass(frozen=True, slots=True)
 class MoveArc(Move):
-    """`MC QX=… X=… F=…`: the flange moves on the circle through where it is, the via point Q and the target."""
+    """`MC QX=… X=… F=…`: the TCP moves on the circle through where it is, the via point Q and the target."""
 
     via_position_m: Position
     via_orientation_abc: Orientation | None
@@ -161,7 +162,7 @@ class MoveArc(Move):
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
-    held: tuple[str, ...] = ()
+    mounted: Mounted = NOTHING
     aim: Aim = HERE
     via_aim: Aim = HERE
 
@@ -216,7 +217,7 @@ class MoveSpline(Move):
     tangential_rad: float | None = None
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
-    held: tuple[str, ...] = ()
+    mounted: Mounted = NOTHING
     aim: Aim = HERE
 
     @classmethod
@@ -289,7 +290,7 @@ class Tangent(Statement):
         return True
 
 
-@statement("Z")
+@statement("Z=")
 @dataclass(frozen=True, slots=True)
 class ActiveFrame(Statement):
     """`Z=name`, `Z1`, `Z0`: from here on coordinates, and points without a frame of their own, are meant in it."""
@@ -315,9 +316,9 @@ class ActiveFrame(Statement):
 LineStep = MoveLine
 ArcStep = MoveArc
 SplineStep = MoveSpline
-FlangeStep = LineStep | ArcStep | SplineStep
-MotionStep = JointStep | FlangeStep
-"""Moves of the flange are their own steps; what is left to resolve is whether the tool follows the path."""
+TcpStep = LineStep | ArcStep | SplineStep
+MotionStep = JointStep | TcpStep
+"""Moves of the TCP are their own steps; what is left to resolve is whether the tool follows the path."""
 
 M = TypeVar("M", MoveLine, MoveArc, MoveSpline)
 

@@ -32,6 +32,8 @@ class Names:
     """Of `SET DO` and `RESET DO`."""
     spaces: Known = None
     """Of `SPACE`."""
+    tools: Known = None
+    """Of `T`."""
     parts: Known = None
     """Of `ATTACH`."""
     meetings: Known = None
@@ -54,6 +56,7 @@ class Names:
             linear=frozenset(linear),
             corrections=cell.robots[robot].corrections,
             spaces=cell.robots[robot].program_spaces,
+            tools=described.tools,
             parts=described.parts,
             meetings=cell.meetings_of(robot),
             frames=cell.frames,

@@ -1,6 +1,5 @@
 """Program text to statements. All mistakes are found in one pass and reported together."""
 
-import re
 from pathlib import Path
 
 from cell.config.document import read_text
@@ -11,9 +10,6 @@ from robot_agent.language.program import CalledLine, Program, ProgramError, Prog
 from robot_agent.language.sequence import End
 from robot_agent.language.statement import STATEMENTS, Reading, Statement
 from robot_agent.language.words import COMMENT, Mistake, Word, nearest, statements_in
-
-_BY_LETTER = re.compile(r"([A-Za-z])(?:[0-9]+|\s*=.*)")
-"""A statement that is one letter and what it names: Z=table, Z1."""
 
 
 def parse_program(text: str, name: str, names: Names, folder: Path | None = None) -> Program:
@@ -89,8 +85,7 @@ class _Reader:
 
 
 def _kind(head: Word) -> type[Statement]:
-    letter = _BY_LETTER.fullmatch(head.text)
-    kind = STATEMENTS.get((letter[1] if letter else head.text).upper())
+    kind = STATEMENTS.get(head.statement)
     if kind is None:
         raise Mistake(
             head.column, f"`{head.text}`", f"one of {', '.join(STATEMENTS)}{nearest(head.text.upper(), STATEMENTS)}"

@@ -1,13 +1,50 @@
-"""The statements by which a robot takes a part and gives it away."""
+"""The statements by which a robot changes its tool, takes a part and gives it away."""
 
-from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Self
 
 from robot_agent.language.program import Program
 from robot_agent.language.statement import Reading, Statement, Walk, statement
-from robot_agent.language.steps import HoldParts, ProgramFault
+from robot_agent.language.steps import Mount, ProgramFault
 from robot_agent.language.words import Mistake, Word, unknown
+from robot_agent.model.description import Mounted, RobotDescription
+
+
+@statement("T=")
+@dataclass(frozen=True, slots=True)
+class ChangeTool(Statement):
+    """`T=name`, `T1` for the tool T1, `T0` or `T=NONE` for none: the robot comes to rest, and has it from here on."""
+
+    tool: str | None
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+        if len(words) != 1:
+            raise Mistake(
+                words[1].column, f"`{words[1].text}` after {words[0].text}", "nothing: T is a line of its own"
+            )
+        word, known = words[0], reading.names.tools
+        name = word.text if word.pair is None else word.pair[1]
+        if name.upper() in ("T0", "NONE"):
+            return cls(line, None)
+        if "=" not in word.text and known is not None:
+            name = next((each for each in known if each.upper() == name.upper()), name)
+        if known is not None and name not in known:
+            named, none = Word(name, word.column), "this robot has none in its robot file"
+            raise unknown(named, "tool", known, "T0 for none, or a name of tools", none)
+        return cls(line, name)
+
+    def run(self, walk: Walk) -> Mount | ProgramFault | None:
+        tools = () if self.tool is None else (self.tool,)
+        if walk.tools == tools:
+            return None
+        word = f"T={self.tool or 'NONE'}"
+        if walk.tracking:
+            return _while_tracking(self.line, word)
+        if walk.held:
+            return ProgramFault(self.line, f"{word} while the robot holds {_any_of(walk.held)}: DETACH comes first")
+        walk.tools = tools
+        return Mount(self.line, walk.mounted)
 
 
 @statement("ATTACH")
@@ -27,14 +64,14 @@ class Attach(Statement):
             raise unknown(word, "part", reading.names.parts, "a name of parts", "this robot has none in its robot file")
         return cls(line, word.text)
 
-    def run(self, walk: Walk) -> HoldParts | ProgramFault:
+    def run(self, walk: Walk) -> Mount | ProgramFault:
         if walk.tracking:
             return _while_tracking(self.line, "ATTACH")
         if walk.held:
-            held = " or ".join(walk.held)
+            held = _any_of(walk.held)
             return ProgramFault(self.line, f"ATTACH {self.part} while the robot holds {held}: DETACH comes first")
         walk.held = (self.part,)
-        return HoldParts(self.line, walk.held)
+        return Mount(self.line, walk.mounted)
 
 
 @statement("DETACH")
@@ -50,24 +87,36 @@ class Detach(Statement):
             )
         return cls(line)
 
-    def run(self, walk: Walk) -> HoldParts | ProgramFault:
+    def run(self, walk: Walk) -> Mount | ProgramFault:
         if walk.tracking:
             return _while_tracking(self.line, "DETACH")
         if walk.held == ():
             return ProgramFault(self.line, "DETACH while the robot holds no part: ATTACH comes first")
         walk.held = ()
-        return HoldParts(self.line, walk.held)
+        return Mount(self.line, walk.mounted)
 
 
-def uses_parts(program: Program) -> bool:
-    """Whether the program takes a part or gives one away."""
-    return any(isinstance(each, Attach | Detach) for each in program.statements)
+def changes_tools(program: Program) -> bool:
+    """Whether the program says which tool is mounted."""
+    return any(isinstance(each, ChangeTool) for each in program.statements)
 
 
-def held_before(program: Program, parts: Collection[str]) -> tuple[str, ...]:
-    """What a robot with these parts holds before a program that is meant to run: any of them if DETACH comes first."""
+def mounts(program: Program) -> bool:
+    """Whether what the robot carries matters to the program: it changes the tool, takes a part or gives one away."""
+    return any(isinstance(each, ChangeTool | Attach | Detach) for each in program.statements)
+
+
+def mounted_before(program: Program, described: RobotDescription) -> Mounted:
+    """What such a robot carries before a program that is meant to run: the tool of its file.
+
+    Besides that any of its parts if DETACH comes first, and else none.
+    """
     first = next((each for each in program.statements if isinstance(each, Attach | Detach)), None)
-    return tuple(parts) if isinstance(first, Detach) else ()
+    return Mounted(described.mounted.tools, tuple(described.parts) if isinstance(first, Detach) else ())
+
+
+def _any_of(held: tuple[str, ...]) -> str:
+    return " or ".join(held)
 
 
 def _while_tracking(line: int, word: str) -> ProgramFault:

@@ -1,7 +1,7 @@
 """The register of statements: by which words each begins, how it is read, and what it does when a program comes to it.
 
 `@statement` above the `@dataclass` of a statement is all that parser and interpreter ask for. What it does is a step
-that the robot knows (`robot_agent.language.steps`, a move of the flange), or a change of the walk through the program.
+that the robot knows (`robot_agent.language.steps`, a move of the TCP), or a change of the walk through the program.
 """
 
 from abc import ABC, abstractmethod
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Self, TypeVar
 from robot_agent.language.names import Names, Points
 from robot_agent.language.steps import BASE
 from robot_agent.language.words import Word
+from robot_agent.model.description import Mounted
 
 if TYPE_CHECKING:
     from robot_agent.language.interpreter import Step
@@ -72,6 +73,8 @@ class Walk:
     tracking: bool = False
     spaces_off: frozenset[str] = frozenset()
     """Spaces that are switched off."""
+    tools: tuple[str, ...] | None = None
+    """The mounted tool, or those that may be; None where nobody says."""
     held: tuple[str, ...] | None = None
     """Parts that the robot holds, or may hold; None where nobody says: then both ATTACH and DETACH may come first."""
     switched: int = 0
@@ -80,6 +83,10 @@ class Walk:
     """The one that is active."""
     points: Points = field(default_factory=Points)
     """As they are now."""
+
+    @property
+    def mounted(self) -> Mounted:
+        return Mounted(self.tools or (), self.held or ())
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,8 @@
-"""What a robot does next: the steps that a program comes down to, besides moves of the flange, which are their own."""
+"""What a robot does next: the steps that a program comes down to, besides moves of the TCP, which are their own."""
 
 from dataclasses import dataclass
+
+from robot_agent.model.description import NOTHING, Mounted
 
 Position = tuple[float | None, float | None, float | None]
 """Coordinates [m]; `None` keeps the value."""
@@ -44,9 +46,9 @@ class MoveCaps:
     """What every move may be told besides its target; `None` asks for nothing. The slowest of all caps rules."""
 
     speed_m_s: float | None = None
-    """Cap on the speed of the flange (`FC`, and `F` on its moves)."""
+    """Cap on the speed of the TCP (`FC`, and `F` on its moves)."""
     rotation_rad_s: float | None = None
-    """Cap on the rotation of the flange (`FA`)."""
+    """Cap on the rotation of the TCP (`FA`)."""
     joint_speed_rad_s: float | None = None
     """Cap on the speed of the joints, the root of the sum of their squares (`FJ`)."""
     round_m: float | None = None
@@ -79,8 +81,8 @@ class JointStep:
     switches: tuple[Switch, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     """On every move: the spaces that are switched off during it."""
-    held: tuple[str, ...] = ()
-    """On every move: the part that is held during it, as in `HoldParts`."""
+    mounted: Mounted = NOTHING
+    """On every move: what the robot carries during it, as in `Mount`."""
     goal: Goal | None = None
     """Where it leads; `joints` are then reference values that choose among the branches."""
 
@@ -107,11 +109,11 @@ class SwitchNow:
 
 
 @dataclass(frozen=True, slots=True)
-class HoldParts:
-    """From here on, at rest, the robot holds this part; no other one, and none where this is empty."""
+class Mount:
+    """From here on, at rest, the robot carries this tool and this part."""
 
     line: int
-    parts: tuple[str, ...]
+    mounted: Mounted
 
 
 @dataclass(frozen=True, slots=True)

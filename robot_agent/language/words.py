@@ -11,6 +11,7 @@ _LABEL = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*:(?!\S)")
 COMMENT = re.compile(r";|//")
 """From here to the end of its line."""
 _SHORT = re.compile(r"(FC|FA|FJ|F|R|H)([+-]?[0-9.]+)\Z", re.IGNORECASE)
+_BY_LETTER = re.compile(r"([TZ])(?:[0-9]+|\s*=.*)\Z", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,12 @@ class Word:
             return name.strip().upper(), value.strip()
         short = _SHORT.match(self.text)
         return None if short is None else (short[1].upper(), short[2])
+
+    @property
+    def statement(self) -> str:
+        """As what a statement that begins so is registered: `T=` for `T=name` and `T1`."""
+        letter = _BY_LETTER.match(self.text)
+        return f"{letter[1].upper()}=" if letter else self.text.upper()
 
 
 def statements_in(written: str) -> list[list[Word]]:

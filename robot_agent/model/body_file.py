@@ -81,7 +81,7 @@ class ToolEntry(BaseModel):
         )
 
 
-PartName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", description="a name for ATTACH")]
+CarriedName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", description="a name for T or ATTACH")]
 
 
 class PartCapsuleEntry(BaseModel):

@@ -10,6 +10,8 @@ from robot_agent.model.mass_checks import check_masses
 from robot_agent.model.motor_checks import check_motors
 from robot_agent.model.robot_file import RobotFile
 
+_NO_TOOL = ("NONE", "T0")
+
 
 def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
     """All contradictions inside the robot file."""
@@ -117,6 +119,10 @@ def _motors(document: Document, robot: RobotFile) -> Iterator[Problem]:
 
 
 def _tool(document: Document, robot: RobotFile) -> Iterator[Problem]:
+    for name in robot.tools:
+        if name.upper() in _NO_TOOL:
+            allowed = f"a name that T can tell from no tool: not {', '.join(_NO_TOOL)}"
+            yield document.problem(("tools", name), f"a tool with the name {name}", allowed, at_key=True)
     if robot.tool is not None and robot.tool not in document.keys(("tools",)):
         known = ", ".join(robot.tools) or "none"
         yield document.problem(("tool",), document.found(("tool",)), f"a tool of this file: {known}")

@@ -197,6 +197,19 @@ class Apart:
 ALL_APART = Apart()
 
 
+@dataclass(frozen=True, slots=True)
+class Mounted:
+    """What a robot carries at its flange. Several of a kind where it may be any of them: the body has all of these."""
+
+    tools: tuple[str, ...] = ()
+    """The mounted tool."""
+    parts: tuple[str, ...] = ()
+    """The part that it holds."""
+
+
+NOTHING = Mounted()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotDescription:
     """One robot model. `geometry` holds the family's named lengths [m]."""
@@ -216,12 +229,9 @@ class RobotDescription:
     coupling: NDArray[np.float64] | None = None
     """`(n, n)` joints per axis, lower triangular: joints = coupling @ axes. None: each joint is its own axis."""
     tools: dict[str, Tool] = field(default_factory=dict)
-    mounted: str | None = None
-    """The tool on the flange."""
     parts: dict[str, Part] = field(default_factory=dict)
     """What the robot can hold."""
-    held: tuple[str, ...] = ()
-    """The part that it holds; several where it may be any of them: the body has all of these."""
+    mounted: Mounted = NOTHING
     urdf: UrdfSource | None = None
     motors: dict[str, Motor] = field(default_factory=dict)
     """By axis; empty where the file says nothing about motors."""
@@ -232,7 +242,14 @@ class RobotDescription:
 
     @property
     def tool(self) -> Tool | None:
-        return None if self.mounted is None else self.tools[self.mounted]
+        """The mounted tool; None for none, and where it may be any of several."""
+        return self.tools[self.mounted.tools[0]] if len(self.mounted.tools) == 1 else None
+
+    @property
+    def poses_flange_tcp(self) -> tuple[NDArray[np.float64], ...]:
+        """Each `(4, 4)`: where the TCP may be, by which tool is mounted."""
+        poses = tuple(self.tools[name].pose_flange_tcp for name in self.mounted.tools)
+        return poses if len(poses) == 1 else (*poses, np.eye(4))
 
     @property
     def pose_flange_tcp(self) -> NDArray[np.float64]:

@@ -8,10 +8,11 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
 
 from cell.config.units import STRICT, Number, Positive, PositiveAngle, PositiveLength, Units, in_si
-from robot_agent.model.body_file import CapsuleEntry, PartEntry, PartName, SelfCollisionEntry, ToolEntry
+from robot_agent.model.body_file import CapsuleEntry, CarriedName, PartEntry, SelfCollisionEntry, ToolEntry
 from robot_agent.model.description import (
     JERK_PER_ACCELERATION,
     JointLimits,
+    Mounted,
     PathSpeeds,
     ProfileKind,
     RobotDescription,
@@ -71,15 +72,15 @@ class PathEntry(BaseModel):
     """Default and largest values along a path."""
 
     model_config = STRICT
-    speed: PositiveLength = Field(description="speed of the flange")
-    acceleration: PositiveLength = Field(description="acceleration of the flange along its path")
+    speed: PositiveLength = Field(description="speed of the TCP")
+    acceleration: PositiveLength = Field(description="acceleration of the TCP along its path")
     jerk: PositiveLength = Field(
-        default_factory=_jerk_of("acceleration"), description=f"jerk of the flange along its path; {_DEFAULT_JERK}"
+        default_factory=_jerk_of("acceleration"), description=f"jerk of the TCP along its path; {_DEFAULT_JERK}"
     )
-    angular_speed: PositiveAngle = Field(description="angular speed of the flange")
-    angular_acceleration: PositiveAngle = Field(description="angular acceleration of the flange")
+    angular_speed: PositiveAngle = Field(description="angular speed of the TCP")
+    angular_acceleration: PositiveAngle = Field(description="angular acceleration of the TCP")
     angular_jerk: PositiveAngle = Field(
-        default_factory=_jerk_of("angular_acceleration"), description=f"angular jerk of the flange; {_DEFAULT_JERK}"
+        default_factory=_jerk_of("angular_acceleration"), description=f"angular jerk of the TCP; {_DEFAULT_JERK}"
     )
 
     def limits(self) -> PathSpeeds:
@@ -146,9 +147,9 @@ class RobotFile(BaseModel):
         default_factory=lambda: SelfCollisionEntry.model_validate({}),
         description="how its own links keep away from each other; left out: all but those that a joint holds together",
     )
-    tools: dict[str, ToolEntry] = Field({}, description="tools that the robot can carry, by name")
-    tool: str | None = Field(None, description="the tool on the flange; left out: none")
-    parts: dict[PartName, PartEntry] = Field(
+    tools: dict[CarriedName, ToolEntry] = Field({}, description="tools that T in its program may name")
+    tool: str | None = Field(None, description="the tool on the flange when its agent starts; left out: none")
+    parts: dict[CarriedName, PartEntry] = Field(
         {}, description="parts that ATTACH in its program may name, as it holds them"
     )
 
@@ -205,7 +206,7 @@ class RobotFile(BaseModel):
             linear=tuple(joint.linear for joint in joints),
             coupling=self.coupling_matrix(),
             tools={name: tool.tool(name) for name, tool in self.tools.items()},
-            mounted=self.tool,
+            mounted=Mounted(() if self.tool is None else (self.tool,)),
             parts={name: part.part(name) for name, part in self.parts.items()},
             urdf=None if urdf is None else UrdfSource(folder / urdf.file, urdf.flange),
             motors={axis: motor.motor() for axis, motor in self.motors.items()},

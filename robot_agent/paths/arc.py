@@ -1,11 +1,11 @@
-"""Arc: the flange on a circle through three points, or by so many degrees of it."""
+"""Arc: the TCP on a circle through three points, or by so many degrees of it."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from robot_agent.paths.caps import FlangeCaps
+from robot_agent.paths.caps import TcpCaps
 from robot_agent.paths.curves import Circle, Numbers
 from robot_agent.paths.orientation import turn_between, turned
 
@@ -15,8 +15,8 @@ _COLLINEAR = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Arc(FlangeCaps):
-    """Move the flange on the circle through its start, `via_pose` and `target_pose`, both `(4, 4)`, in the robot base.
+class Arc(TcpCaps):
+    """Move the TCP on the circle through its start, `via_pose` and `target_pose`, both `(4, 4)`, in the robot base.
 
     Without `angle_rad` it ends in the target. With it the arc goes on (positive: from the start towards the via point)
     for that angle, any number of turns, and the target is only a point of the circle. The orientation passes through

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Caps:
-    """Caps on the flange's rotation and the joints' speed, and what happens where the move meets the next one.
+    """Caps on the TCP's rotation and the joints' speed, and what happens where the move meets the next one.
 
     `None`: nothing is asked.
     Each move names its cap on the speed, `speed_m_s`, itself. The slower of all caps and limits rules.
@@ -30,8 +30,8 @@ class Caps:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class FlangeCaps(Caps):
-    """The same for a move of the flange."""
+class TcpCaps(Caps):
+    """The same for a move of the TCP."""
 
     tangential_rad: float | None = None
     """The tool follows the direction of the path, at this angle to it (see `paths.tangential`); `None`: it turns from

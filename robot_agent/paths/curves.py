@@ -1,4 +1,4 @@
-"""Curves of the flange's position, by their own length: equal steps of the parameter are equal distances.
+"""Curves of the TCP's position, by their own length: equal steps of the parameter are equal distances.
 
 Every curve has a `length_m` and answers `at(distance_m)`, distances `(...)` from its beginning, with position, unit
 tangent and curvature vector `(3, ..., 3)` [m, 1, 1/m].

@@ -1,4 +1,4 @@
-"""From moves of the flange to legs: one curve each, with the turns of the orientation along it."""
+"""From moves of the TCP to legs: one curve each, with the turns of the orientation along it."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ _LOOKED_AT = 65
 _NO_TURN_RAD = 1e-6
 """Less comes from rounding, where a point keeps its orientation."""
 
-FlangeMove = Line | Arc | Spline
+TcpMove = Line | Arc | Spline
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +42,7 @@ class Leg:
     tangential_rad: float | None = None
     """The tool follows the curve at this angle; the only turn says where its tilt comes from."""
     first_turn: Numbers | None = None
-    """`(3,)` [rad/m] at which the flange arrives turning, where a spline takes it over from a joint move."""
+    """`(3,)` [rad/m] at which the TCP arrives turning, where a spline takes it over from a joint move."""
     last_turn: Numbers | None = None
     """The same for a joint move after it."""
     flips: bool = False
@@ -52,12 +52,12 @@ class Leg:
 
 
 def legs(
-    blocks: Sequence[tuple[int, FlangeMove]],
+    blocks: Sequence[tuple[int, TcpMove]],
     start: Numbers,
     arrival: Numbers | None = None,
     departure: Numbers | None = None,
 ) -> list[Leg]:
-    """The legs of consecutive blocks (index, move) from flange pose `start` `(4, 4)`; empty moves have none.
+    """The legs of consecutive blocks (index, move) from TCP pose `start` `(4, 4)`; empty moves have none.
 
     `arrival` and `departure` are the twists `(6,)` per metre with which the robot comes to the first block and leaves
     the last one on joint moves; splines take them over. Raises PathError.
@@ -91,7 +91,7 @@ def legs(
     return made
 
 
-def half_turns(blocks: Sequence[tuple[int, FlangeMove]], start: Numbers) -> set[int]:
+def half_turns(blocks: Sequence[tuple[int, TcpMove]], start: Numbers) -> set[int]:
     """The blocks of `legs` in which the tool makes half a turn, whose two ways are as long. Raises PathError."""
     made = legs(blocks, start)
     return {each.block for leg in made for each in (leg, *turn_before(leg)) if each.half_turn}
@@ -101,7 +101,7 @@ def _turns_freely(leg: Leg) -> bool:
     return leg.smooth and leg.tangential_rad is None
 
 
-def _goes_on(spline: Spline, following: FlangeMove) -> bool:
+def _goes_on(spline: Spline, following: TcpMove) -> bool:
     return isinstance(following, Spline) and following.tangential_rad == spline.tangential_rad
 
 
@@ -135,7 +135,7 @@ def turn_before(leg: Leg) -> list[Leg]:
     return [turn] if angle > _SAME_HEADING_RAD else []
 
 
-def end_of(block: FlangeMove, start: Numbers) -> Numbers:
+def end_of(block: TcpMove, start: Numbers) -> Numbers:
     """The pose `(4, 4)` in which a block ends that begins in `start`."""
     if isinstance(block, Arc) and block.angle_rad is not None:
         try:
@@ -155,7 +155,7 @@ def _leg_end(leg: Leg) -> Numbers:
     return pose
 
 
-def _end_pose(block: FlangeMove) -> Numbers:
+def _end_pose(block: TcpMove) -> Numbers:
     return np.asarray(block.poses[-1] if isinstance(block, Spline) else block.target_pose, dtype=np.float64)
 
 
@@ -230,7 +230,7 @@ def _turns_around(
 
 
 def _spline(
-    blocks: Sequence[tuple[int, FlangeMove]], start: Numbers, arrival: Numbers | None, departure: Numbers | None
+    blocks: Sequence[tuple[int, TcpMove]], start: Numbers, arrival: Numbers | None, departure: Numbers | None
 ) -> list[Leg]:
     poses = [start]
     owners: list[tuple[int, float | None]] = [(blocks[0][0], None)]

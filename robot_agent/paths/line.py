@@ -1,4 +1,4 @@
-"""Line: the flange on a straight line, its orientation turning the shortest way in step with the position."""
+"""Line: the TCP on a straight line, its orientation turning the shortest way in step with the position."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.paths.caps import FlangeCaps
+from robot_agent.paths.caps import TcpCaps
 from robot_agent.paths.orientation import turn_between, turned
 
 _SAME_PLACE_M = 1e-9
@@ -14,8 +14,8 @@ _SAME_ORIENTATION_RAD = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Line(FlangeCaps):
-    """Move the flange on a straight line to `target_pose` `(4, 4)`, in the robot base.
+class Line(TcpCaps):
+    """Move the TCP on a straight line to `target_pose` `(4, 4)`, in the robot base.
 
     `speed_m_s` caps the speed along the line (`None`: the robot's path speed); `line` is the program line for messages.
     `wrist_may_flip` lets J5 change its sign where the line passes a singular pose of the wrist, J4 and J6 continuous.
@@ -66,11 +66,11 @@ class LineGeometry:
 
     @property
     def twist(self) -> NDArray[np.float64]:
-        """`(6,)` linear then angular velocity of the flange per unit of u, base axes."""
+        """`(6,)` linear then angular velocity of the TCP per unit of u, base axes."""
         return np.concatenate([self.displacement, self.angle * self.axis])
 
     def poses(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Flange poses `(..., 4, 4)` at path parameters `u` `(...)`."""
+        """TCP poses `(..., 4, 4)` at path parameters `u` `(...)`."""
         u = np.asarray(u, dtype=np.float64)
         poses = np.zeros((*u.shape, 4, 4))
         poses[..., :3, :3] = turned(self.axis, self.angle * u) @ self.pose_base_start[:3, :3]

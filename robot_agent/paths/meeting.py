@@ -22,7 +22,7 @@ _SAME_CURVATURE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """Two blocks of the flange at their border."""
+    """Two blocks of the TCP at their border."""
 
     before: int
     block: int
@@ -31,7 +31,7 @@ class Meeting:
     curvature_step: float
     """[1/m]"""
     rate_step_rad_m: float
-    """By how much the flange turns faster or slower on its way."""
+    """By how much the TCP turns faster or slower on its way."""
     round_m: float | None
 
     @classmethod
@@ -51,7 +51,7 @@ class Meeting:
 
     @property
     def continuity(self) -> Continuity:
-        """By what the joints feel: that the flange turns faster on its way is a corner for them."""
+        """By what the joints feel: that the TCP turns faster on its way is a corner for them."""
         if self.turn_rad > TANGENT_RAD or self.rate_step_rad_m > _SAME_TURN_RAD_M:
             return Continuity.C0
         return Continuity.C1 if self.curvature_step > _SAME_CURVATURE else Continuity.C2
@@ -89,7 +89,7 @@ def via(block: int, before: Turn, after: Turn, swing_rad: float) -> list[Transit
 
 
 def rate_reason(rate_rad_m: float) -> str:
-    """That the flange turns faster or slower after a border."""
+    """That the TCP turns faster or slower after a border."""
     return f"the orientation turns at another rate, by {rate_text(rate_rad_m)}"
 
 
@@ -105,7 +105,7 @@ def edge_text(round_m: float, cut_m: float) -> str:
 
 
 def _rate(leg: Leg, state: Numbers, turn: int) -> Numbers:
-    """Angular velocity `(3,)` [rad/m] of the flange at an end of a leg whose curve has `state` `(3, 1, 3)` there."""
+    """Angular velocity `(3,)` [rad/m] of the TCP at an end of a leg whose curve has `state` `(3, 1, 3)` there."""
     if leg.tangential_rad is not None:
         return np.asarray(turn_rates(state)[0] * UP)
     return leg.turns[turn].velocity

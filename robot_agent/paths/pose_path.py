@@ -1,4 +1,4 @@
-"""A path of the flange without a corner: curves that join smoothly, with the orientation along them."""
+"""A path of the TCP without a corner: curves that join smoothly, with the orientation along them."""
 
 import math
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ _SAME_TURN_RAD_M = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PosePath:
-    """Flange poses by distance 0 to `length_m`; for a turn on the spot the distance is the angle [rad]."""
+    """TCP poses by distance 0 to `length_m`; for a turn on the spot the distance is the angle [rad]."""
 
     chain: CurveChain
     orientation: Orientation | Tangential

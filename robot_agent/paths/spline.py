@@ -1,10 +1,10 @@
-"""Spline: the flange on a smooth curve through points; its control points follow from the points."""
+"""Spline: the TCP on a smooth curve through points; its control points follow from the points."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from robot_agent.paths.caps import FlangeCaps
+from robot_agent.paths.caps import TcpCaps
 from robot_agent.paths.curves import Numbers
 
 _TIGHTEST_M = 1e-5
@@ -14,8 +14,8 @@ _SAME_PLACE_M = 1e-7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spline(FlangeCaps):
-    """Move the flange through `poses` `(k, 4, 4)`, in the robot base, to the last of them.
+class Spline(TcpCaps):
+    """Move the TCP through `poses` `(k, 4, 4)`, in the robot base, to the last of them.
 
     Consecutive splines of a sequence are one curve. Its tangent is parallel to the chord between the neighbours of a
     point; at its ends it is that of the line or arc before or after it, and without one it aims at the nearest point.

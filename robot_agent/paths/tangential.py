@@ -28,7 +28,7 @@ def heading(tangent: Numbers) -> Numbers:
 def aligned(rotation: Numbers, tangent: Numbers, angle_rad: float) -> Numbers:
     """`rotation` `(3, 3)` turned about the base's Z until the tool heads along `tangent`, turned by `angle_rad`.
 
-    What heads along is the x axis of the flange; or its y axis, where x points more up or down than sideways, as it
+    What heads along is the x axis of the TCP; or its y axis, where x points more up or down than sideways, as it
     does on an arm that works downwards. The tilt of the tool stays.
     """
     axis = rotation[:, 0] if abs(rotation[2, 0]) < _SIDEWAYS else rotation[:, 1]

@@ -9,7 +9,7 @@ class Continuity(Enum):
     """Of two blocks as they are programmed, judged by what the joints feel, so the orientation counts too."""
 
     C0 = "C0"
-    """Only the place: the direction steps, or how fast the flange turns on its way."""
+    """Only the place: the direction steps, or how fast the TCP turns on its way."""
     C1 = "C1"
     """Place and direction; the curvature steps, and with it the acceleration at constant speed."""
     C2 = "C2"
@@ -38,7 +38,7 @@ class Transition:
     deviation_m: float = 0.0
     """How far at most the path leaves the blocks where it is blended, or passes a rounded corner."""
     deviation_rad: float = 0.0
-    """How far at most the flange turns from its programmed orientation where its rate is blended, to both sides of the
+    """How far at most the TCP turns from its programmed orientation where its rate is blended, to both sides of the
     border; at the border it has the programmed one."""
 
     def shifted(self, blocks: int) -> "Transition":

@@ -10,7 +10,7 @@ class PlanError(Exception):
     """A move that cannot be planned; the message says where, what was found, what is allowed and what to do.
 
     `block` counts the blocks of the sequence from 0, `line` is the program line. `joint` and `limit` name what is
-    exceeded and `pose` `(4, 4)` the flange pose in the robot base where it happens, as far as they apply.
+    exceeded and `pose` `(4, 4)` the TCP pose in the robot base where it happens, as far as they apply.
     """
 
     def __init__(

@@ -7,7 +7,7 @@ from cell.geometry import GeometryError, check_poses
 from robot_agent.kinematics import Model
 from robot_agent.kinematics.choice import joint_violation
 from robot_agent.paths import Arc, Block, JointMove, Spline
-from robot_agent.paths.legs import FlangeMove
+from robot_agent.paths.legs import TcpMove
 from robot_agent.trajectory.errors import PlanError
 
 _FARTHEST_M = 1000.0
@@ -39,8 +39,8 @@ def check_range(model: Model, index: int, block: JointMove, moving: NDArray[np.b
             raise PlanError(index, block.line, reason, hint, joint=name, limit="position")
 
 
-def check_poses_of(index: int, block: FlangeMove) -> None:
-    """Whether the flange can have each pose of a move: a finite place and a right-handed rotation."""
+def check_poses_of(index: int, block: TcpMove) -> None:
+    """Whether the TCP can have each pose of a move: a finite place and a right-handed rotation."""
     if isinstance(block, Spline):
         if block.poses.ndim != 3 or len(block.poses) == 0:
             reason = f"the points of the spline have the shape {block.poses.shape}"

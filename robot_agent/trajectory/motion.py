@@ -36,7 +36,7 @@ class Motion:
     A block of no length meets nothing, nor does one that was added while the joints all but rested."""
     cycle_s: float
     filter_deviation_m: float = 0.0
-    """How far at most the filter on the axes takes the flange off the path."""
+    """How far at most the filter on the axes takes the TCP off the path."""
     last: LastRun | None = None
     """What a longer motion may replace; None where each joint goes by itself."""
 
@@ -76,11 +76,11 @@ class Motion:
         return acceleration
 
     def pose(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Flange poses `(..., 4, 4)` in the robot base."""
+        """TCP poses `(..., 4, 4)` in the robot base."""
         return self.model.forward(self.q(tau))
 
-    def flange_speed(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Speed `(...)` [m/s] of the flange at rate 1, which blocks and path limits speak of."""
+    def tcp_speed(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Speed `(...)` [m/s] of the TCP at rate 1, which blocks and path limits speak of."""
         velocity = (self.model.jacobian(self.q(tau))[..., :3, :] @ self.qd(tau)[..., None])[..., 0]
         return np.asarray(np.linalg.norm(velocity, axis=-1))
 
@@ -106,7 +106,7 @@ class Motion:
 
 
 def block_lengths(motion: Motion) -> NDArray[np.float64]:
-    """`(blocks, 3)`: way of the flange [m], its rotation [rad], and way of the joints that turn [rad].
+    """`(blocks, 3)`: way of the TCP [m], its rotation [rad], and way of the joints that turn [rad].
 
     The joints' way is the root of the sum of the squares, as the cap `FJ` counts it. Source: Frigeni, Industrial
     Robotics Control, (7-47) to (7-49); the printed (7-49) gives half the angle.

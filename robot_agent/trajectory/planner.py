@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
 from robot_agent.paths import JointMove, Line, PathError, Sequence, Spline
-from robot_agent.paths.legs import FlangeMove, legs
+from robot_agent.paths.legs import TcpMove, legs
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.sequence import Block
 from robot_agent.paths.transition import Continuity, Passing, Transition
@@ -31,7 +31,7 @@ from robot_agent.trajectory.timing.timed import Timed
 
 _CAP_SAMPLES = 64
 _MOST_TURN_RAD_M = 20.0
-"""A joint move that turns the flange more than this on its way has no direction that a spline could take over."""
+"""A joint move that turns the TCP more than this on its way has no direction that a spline could take over."""
 _WAITS_S = (0.0, 0.05, 0.2)
 """How much longer the motion before stays as it is: tried one after the other until a way to go on is found."""
 _BY_ITSELF = "where joints are not in step each arrives by itself"
@@ -157,18 +157,18 @@ class _Paths:
         return made
 
     def _followed(
-        self, blocks: list[tuple[int, FlangeMove]], q: NDArray[np.float64], before: JointPath | Independent | None
+        self, blocks: list[tuple[int, TcpMove]], q: NDArray[np.float64], before: JointPath | Independent | None
     ) -> list[JointPath]:
-        """Moves of the flange from joints `q` `(n,)`; a spline takes its direction from joint moves at its ends too."""
+        """Moves of the TCP from joints `q` `(n,)`; a spline takes its direction from joint moves at its ends too."""
         arrival = None
         if isinstance(before, JointPath) and not before.stops_for:
             arrival = self._direction(q, before.state(before.length)[1])
         made: list[JointPath] = []
-        for path in self._flange_paths(blocks, q, arrival, None):
+        for path in self._tcp_paths(blocks, q, arrival, None):
             made.append(self._follow(path, made[-1].end() if made else q))
         departure = self._departure(blocks[-1][0], made[-1].end()) if made else None
         if departure is not None:
-            last = self._flange_paths(blocks, q, arrival, departure)[-1]
+            last = self._tcp_paths(blocks, q, arrival, departure)[-1]
             made[-1] = self._follow(last, made[-2].end() if len(made) > 1 else q)
         return made
 
@@ -183,14 +183,14 @@ class _Paths:
         return self._direction(q, following.target - q)
 
     def _direction(self, q: NDArray[np.float64], way: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """The flange's twist `(6,)` per metre when the joints leave `q` `(n,)` along `way`; None if it hardly moves."""
+        """The TCP's twist `(6,)` per metre when the joints leave `q` `(n,)` along `way`; None if it hardly moves."""
         twist = self._model.jacobian(q) @ way
         speed = float(np.linalg.norm(twist[:3]))
         return twist / speed if speed * _MOST_TURN_RAD_M > np.linalg.norm(twist[3:]) else None
 
-    def _flange_paths(
+    def _tcp_paths(
         self,
-        blocks: list[tuple[int, FlangeMove]],
+        blocks: list[tuple[int, TcpMove]],
         q: NDArray[np.float64],
         arrival: NDArray[np.float64] | None,
         departure: NDArray[np.float64] | None,
@@ -243,7 +243,7 @@ class _Paths:
         return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m, _stops_for(block))
 
     def _straight(self, start: NDArray[np.float64], travel: NDArray[np.float64], length: float, capped: bool) -> Pieces:
-        """The joints evenly along their way; with the flange's way and turn where these have a cap."""
+        """The joints evenly along their way; with the TCP's way and turn where these have a cap."""
         share = np.linspace(0.0, 1.0, _CAP_SAMPLES + 1 if capped else 2)
         q, qd = start + share[:, None] * travel, np.tile(travel / length, (len(share), 1))
         way = np.zeros((len(share), 2))

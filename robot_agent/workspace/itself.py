@@ -92,13 +92,15 @@ class Itself:
 
 def part_of(model: Model, capsule: int) -> str:
     """The name of the link that a capsule belongs to; `TOOL` for the mounted tool, `HELD` and its name for a part."""
-    own, tool = len(model.description.capsules), model.description.tool
+    described = model.description
+    own, tools = len(described.capsules), (described.tools[name] for name in described.mounted.tools)
     if capsule < own:
         return model.link_names[model.body[capsule].link]
-    behind = capsule - own - (0 if tool is None else len(tool.capsules))
+    behind = capsule - own - sum(len(tool.capsules) for tool in tools)
     if behind < 0:
         return TOOL
-    held = [name for name in model.description.held for _ in model.description.parts[name].capsules]
+    places = len(described.poses_flange_tcp)
+    held = [name for name in described.mounted.parts for _ in range(places * len(described.parts[name].capsules))]
     return HELD + held[behind]
 
 

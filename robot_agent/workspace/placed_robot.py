@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Self
 
 import numpy as np
@@ -11,6 +12,7 @@ from cell.config.settings import JointRange, PoseSettings, RobotSettings
 from cell.geometry import transform_points
 from cell.geometry.pose import pose_from
 from robot_agent.kinematics import Model, load_model, model_of
+from robot_agent.model.description import Mounted
 from robot_agent.trajectory import Limits
 from robot_agent.workspace.spaces import Spaces
 from robot_agent.workspace.things import Things
@@ -30,8 +32,8 @@ class PlacedRobot:
     """What it must not touch."""
     spaces: Spaces
     """Where it may be."""
-    holding: Mapping[tuple[str, ...], "PlacedRobot"] = field(default_factory=dict)
-    """The same robot with each of its parts in its gripper, and with all at once where it may be any of them."""
+    mountings: Mapping[Mounted, "PlacedRobot"] = field(default_factory=dict)
+    """The same robot with each tool and part, and with all at once where it may be any of them."""
     kept_apart: bool = False
     """The cell keeps it apart from other robots wherever they are."""
 
@@ -63,13 +65,13 @@ class PlacedRobot:
         pose = pose_from(np.array(base.position_m), np.array(base.quaternion_xyzw))
         things = Things(model) if things is None else things
         spaces = Spaces(model) if spaces is None else spaces
-        held = {parts: model_of(replace(model.description, held=parts)) for parts in _holdings(model)}
+        others = {mounted: model_of(replace(model.description, mounted=mounted)) for mounted in _mountings(model)}
         limits = Limits.of(model.description)
-        holding = {
-            parts: cls(each, limits, pose, things.of(each), spaces.of(each), kept_apart=kept_apart)
-            for parts, each in held.items()
+        mountings = {
+            mounted: cls(each, limits, pose, things.of(each), spaces.of(each), kept_apart=kept_apart)
+            for mounted, each in others.items()
         }
-        return cls(model, limits, pose, things, spaces, holding, kept_apart)
+        return cls(model, limits, pose, things, spaces, mountings, kept_apart)
 
     @property
     def body_at_home(self) -> NDArray[np.float64]:
@@ -77,10 +79,12 @@ class PlacedRobot:
         return transform_points(self.pose_world_base, self.model.capsules(self.model.home))
 
 
-def _holdings(model: Model) -> list[tuple[str, ...]]:
-    """What the robot may hold: each part, and any of them."""
-    parts = tuple(model.description.parts)
-    return [*((name,) for name in parts), *([parts] if len(parts) > 1 else [])]
+def _mountings(model: Model) -> set[Mounted]:
+    """What else the robot may carry: each tool with each part, none of them, and any of them."""
+    tools, parts = (
+        {(), *((name,) for name in names), tuple(names)} for names in (model.description.tools, model.description.parts)
+    )
+    return {Mounted(*each) for each in product(tools, parts)} - {model.description.mounted}
 
 
 def narrowed(model: Model, joints: Mapping[str, JointRange]) -> Model:

@@ -94,9 +94,9 @@ class Spaces:
     def __bool__(self) -> bool:
         return bool(self._spaces) or self._orientation is not None
 
-    def watched(self, body: Sweep, pose_world_base: Array, flange: Array) -> Sweep:
-        """A swept body with TCP and pointing axis, from the poses of the flange in base at its samples `(m, 4, 4)`."""
-        tool = self._tool(pose_world_base, flange)
+    def watched(self, body: Sweep, pose_world_base: Array, tcp: Array) -> Sweep:
+        """A swept body with TCP and pointing axis, from the poses of the TCP in base at its samples `(m, 4, 4)`."""
+        tool = self._tool(pose_world_base, tcp)
         points, steps = np.concatenate([body.points, tool], axis=1), np.diff(tool[:, :, 0], axis=0)
         chords = np.sqrt(np.einsum("mtk,mtk->mt", steps, steps))
         return Sweep(
@@ -111,7 +111,7 @@ class Spaces:
         """What `watched` looks at, at joints `q` `(k, n)`: `(k, c + 2, 2, 3)` in world."""
         links = self._model.links(q)
         body = transform_points(pose_world_base, self._model.capsules_of(links))
-        return np.concatenate([body, self._tool(pose_world_base, links[..., -1, :, :])], axis=1)
+        return np.concatenate([body, self._tool(pose_world_base, self._model.tcp_at(links[..., -1, :, :]))], axis=1)
 
     def first_breach(
         self, path: Sweep, taus: Array, points_at: Callable[[Array], Array], off: Collection[str]
@@ -161,21 +161,17 @@ class Spaces:
 
         `q`, `qd` `(m, n)` are consecutive samples. What lies within half a step of a sample counts for it.
         """
-        place = (pose_world_base @ self._model.tcp(q))[:, :3, 3]
+        place = (pose_world_base @ self._model.forward(q))[:, :3, 3]
         steps = np.linalg.norm(np.diff(place, axis=0), axis=-1)
         around = np.maximum(np.append(steps, 0.0), np.append(0.0, steps)) / 2.0
-        speed, points = self._tcp_speed(q, qd), np.repeat(place[:, None], 2, axis=1)
+        velocity = (self._model.jacobian(q)[..., :3, :] @ qd[..., None])[..., 0]
+        speed, points = np.linalg.norm(velocity, axis=-1), np.repeat(place[:, None], 2, axis=1)
         haste = np.zeros(len(q))
         for each in self._spaces:
             if each.speed_m_s is not None and each.name not in off:
                 inside = self._solids[each.name].capsule_distance(points, np.zeros(len(q))) < around + each.margin_m
                 haste = np.where(inside, np.maximum(haste, speed / each.speed_m_s), haste)
         return haste
-
-    def _tcp_speed(self, q: Array, qd: Array) -> Array:
-        v, w = np.split((self._model.jacobian(q) @ qd[..., None])[..., 0], 2, axis=-1)
-        arm = self._model.tcp(q)[..., :3, 3] - self._model.forward(q)[..., :3, 3]
-        return np.asarray(np.linalg.norm(v + np.cross(w, arm), axis=-1))
 
     def switched_by_input(self, path: Sweep, taus: Array) -> tuple[Crossing, ...]:
         """Where on a motion spaces are entered and left that an input switches; both ends are outside."""
@@ -207,9 +203,9 @@ class Spaces:
         space = next(each for each in self._spaces if each.name == name)
         return Barrier(self._solids[name], space.margin_m, self._watched[space.of])
 
-    def _tool(self, pose_world_base: Array, flange: Array) -> Array:
+    def _tool(self, pose_world_base: Array, pose_base_tcp: Array) -> Array:
         """TCP and pointing axis, `(k, 2, 2, 3)`."""
-        tcp = pose_world_base @ self._model.tcp_at(flange)
+        tcp = pose_world_base @ pose_base_tcp
         axis = 0 if self._orientation is None else self._orientation.axis
         each = np.stack([tcp[:, :3, 3], self._lever_m * tcp[:, :3, axis]], axis=1)
         return np.repeat(each[:, :, None], 2, axis=2)

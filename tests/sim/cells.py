@@ -303,7 +303,7 @@ def _contention(bundle: CellBundle) -> float | None:
         q = np.concatenate([planned.motion.q(np.arange(0.0, planned.motion.duration_s, 0.04)) for planned in motions])
         points = transform_points(planner.pose_world_base, model.capsules(q))
         for zone in bundle.cell.zones.values():
-            tcp = (planner.pose_world_base @ model.tcp(q))[..., :3, 3]
+            tcp = (planner.pose_world_base @ model.forward(q))[..., :3, 3]
             inside = Volume.at(zone).touched(points, model.capsule_radii, tcp)
             if inside[0] or (inside.any() and robot not in zone.robots):
                 return None

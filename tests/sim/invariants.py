@@ -113,7 +113,7 @@ class Invariants:
         planner, model = self._world.planners[robot], self._world.models[robot]
         q = model.coupling.joints(axes)
         points = transform_points(planner.pose_world_base, model.capsules(q))
-        tcp = (planner.pose_world_base @ model.tcp(q))[..., :3, 3]
+        tcp = (planner.pose_world_base @ model.forward(q))[..., :3, 3]
         return {zone: volume.touched(points, model.capsule_radii, tcp) for zone, volume in self._boxes.items()}
 
     def _judge(self, robot: str) -> None:

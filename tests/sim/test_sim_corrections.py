@@ -28,9 +28,9 @@ def measure(world: World) -> None:
 
 def speed_m_s(world: World) -> float:
     """Of the robot along the belt, as its drives are commanded."""
-    before = world.models["left"].tcp(world.seen.feedback["left"].commanded)[1, 3]
+    before = world.models["left"].forward(world.seen.feedback["left"].commanded)[1, 3]
     world.clock.run_until(world.clock.now + 0.1)
-    return float((world.models["left"].tcp(world.seen.feedback["left"].commanded)[1, 3] - before) / 0.1)
+    return float((world.models["left"].forward(world.seen.feedback["left"].commanded)[1, 3] - before) / 0.1)
 
 
 def line(world: World) -> int:

@@ -72,7 +72,7 @@ class Jogged:
 
     def tcp(self) -> np.ndarray:
         """`(m, 4, 4)` of everything played."""
-        return self.model.tcp(np.array(self.played))
+        return self.model.forward(np.array(self.played))
 
     def shares(self) -> np.ndarray:
         """The largest shares of speed, ramp acceleration and ramp jerk in what was played and still will be."""

@@ -74,7 +74,7 @@ class Measured(AgentWorld):
 
     def places(self) -> np.ndarray:
         """The TCP `(m, 3)` at every tick."""
-        return np.asarray(self.planner.model.tcp(np.array(self.played))[:, :3, 3])
+        return np.asarray(self.planner.model.forward(np.array(self.played))[:, :3, 3])
 
 
 def shares(world: Measured) -> np.ndarray:

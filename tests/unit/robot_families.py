@@ -7,7 +7,7 @@ import pytest
 
 from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model, model_of
-from robot_agent.model.description import CapsuleBody, JointLimits, PathSpeeds, RobotDescription
+from robot_agent.model.description import CapsuleBody, JointLimits, PathSpeeds, RobotDescription, Tool
 from robot_agent.model.families import FAMILIES, shape_of
 from tests.unit.repository import vectors
 
@@ -18,6 +18,16 @@ KINDS = [(family, None) for family in CLOSED] + [("delta", 3)]
 every_kind = pytest.mark.parametrize(
     ("family", "joints"), KINDS, ids=[f"{family}{joints or ''}" for family, joints in KINDS]
 )
+TORCH = Tool(
+    "torch",
+    from_xyz_abc(np.array([0.12, -0.096, 0.128, 0.4, -0.7, 1.1])),
+    mass_kg=0.0,
+    centre_m=(0.0, 0.0, 0.0),
+    inertia_kg_m2=np.zeros((3, 3)),
+    capsules=(),
+)
+"""Its TCP is 200 mm from the flange, and turned against it."""
+TOOLS = {"torch": TORCH}
 SLIDE_M = 0.6
 """Range of joints that slide, to either side."""
 

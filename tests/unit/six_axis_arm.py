@@ -11,6 +11,7 @@ from robot_agent.model.description import (
     Capsule,
     CapsuleBody,
     JointLimits,
+    Mounted,
     PathSpeeds,
     RobotDescription,
     Tool,
@@ -66,4 +67,4 @@ def with_tip() -> SixAxis:
         inertia_kg_m2=np.eye(3) * 0.01,
         capsules=(Capsule((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), 0.04),),
     )
-    return SixAxis(replace(description(), tools={"tip": tip}, mounted="tip"))
+    return SixAxis(replace(description(), tools={"tip": tip}, mounted=Mounted(("tip",))))

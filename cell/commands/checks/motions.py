@@ -17,13 +17,12 @@ from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned,
 from robot_agent.language import (
     End,
     Finished,
-    FlangeStep,
     Goto,
-    HoldParts,
     Interpreter,
     LineStep,
     Meet,
     MotionStep,
+    Mount,
     Move,
     Names,
     Pause,
@@ -31,6 +30,7 @@ from robot_agent.language import (
     ProgramFault,
     Statement,
     Step,
+    TcpStep,
     Track,
     TrackingOff,
     TrackingOn,
@@ -107,8 +107,8 @@ class _Asked(Planner):
 
 
 def _paths(requests: list[PlanRequest | ExtendRequest]) -> set[int]:
-    """Lines with a path of the flange; not those that may pass the wrist's singular pose by leave."""
-    steps = [step for request in requests for step in request.steps if isinstance(step, FlangeStep)]
+    """Lines with a path of the TCP; not those that may pass the wrist's singular pose by leave."""
+    steps = [step for request in requests for step in request.steps if isinstance(step, TcpStep)]
     return {step.line for step in steps if not (isinstance(step, LineStep) and step.wrist_may_flip)}
 
 
@@ -155,7 +155,7 @@ def _asked_for(program: Program) -> set[int]:
     interpreter, steps = Interpreter(program), list[Step]()
     while len(steps) < _MOST_STEPS and not (steps and isinstance(steps[-1], Finished | ProgramFault)):
         steps.append(interpreter.next())
-    rests = Pause | HoldParts | Meet | TrackingOn | TrackingOff
+    rests = Pause | Mount | Meet | TrackingOn | TrackingOff
     return {
         before.line
         for before, step in pairwise(steps)
@@ -180,7 +180,7 @@ def _failure(file: Path, program: Program, failed: PlanFailed) -> Problem:
 
 
 def _place_is_known(program: Program) -> bool:
-    """Whether the program says where the robot is before its moves of the flange, and follows nothing."""
+    """Whether the program says where the robot is before its moves of the TCP, and follows nothing."""
     moves = [each for each in program.statements if isinstance(each, Move)]
     return bool(moves) and moves[0].from_anywhere and not any(isinstance(each, Track) for each in program.statements)
 

@@ -36,6 +36,7 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
                 corrections=document.keys(("robots", robot, "corrections")),
                 outputs=_outputs(document, named, robot),
                 spaces=_spaces(document, robot),
+                tools=model.tools,
                 parts=model.parts,
                 meetings=_meetings(document, robot),
                 frames=document.keys(("frames",)),

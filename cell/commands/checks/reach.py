@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from cell.geometry.arrays import Array
 from robot_agent.agent.planning.targets import NoPlace, Targets
-from robot_agent.kinematics import KinematicsError, Model, TrackError
+from robot_agent.kinematics import KinematicsError, Model, TrackError, model_of
 from robot_agent.kinematics.choice import joint_violation
 from robot_agent.kinematics.turns import LIMIT_TOLERANCE_RAD
 from robot_agent.language import (
@@ -17,11 +18,14 @@ from robot_agent.language import (
     Interpreter,
     JointStep,
     LineStep,
+    Mount,
     Program,
     ProgramFault,
     SplineStep,
     TrackingOff,
+    mounted_before,
 )
+from robot_agent.model.description import Mounted
 from robot_agent.paths import LineGeometry
 
 MOST_MOTIONS = 2000
@@ -29,6 +33,7 @@ MOST_SAMPLES = 10_000
 """Of one line, 50 m: a file with an absurd length must not keep its user waiting."""
 STEP_M = 0.005
 STEP_RAD = math.radians(1.0)
+_Place = tuple[int, Mounted, bytes]
 
 
 def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str]]:
@@ -38,8 +43,8 @@ def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str
     HOME, or MJ that names all joints, and after arcs, splines and TRACK OFF, targets with all six coordinates are
     judged, and others when what they name is farther away than any part of the robot can be.
     """
-    walk, seen, told = _Walk(model), set[tuple[int, bytes]](), set[int]()
-    interpreter, since_new = Interpreter(program), 0
+    walk, seen, told = _Walk(model), set[_Place](), set[int]()
+    interpreter, since_new = Interpreter(program, mounted_before(program, model.description)), 0
     for _ in range(MOST_MOTIONS):
         step = interpreter.next()
         if isinstance(step, ProgramFault):
@@ -48,9 +53,11 @@ def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str
             return
         if isinstance(step, ArcStep | SplineStep | TrackingOff):
             walk.q = None
+        if isinstance(step, Mount):
+            walk.mount(step)
         if not isinstance(step, JointStep | LineStep):
             continue
-        place = step.line, b"" if walk.q is None else np.round(walk.q, 6).tobytes()
+        place = step.line, step.mounted, b"" if walk.q is None else np.round(walk.q, 6).tobytes()
         since_new = since_new + 1 if place in seen else 0
         if since_new > len(program.statements):
             return
@@ -71,10 +78,18 @@ class _Walk:
     def __init__(self, model: Model) -> None:
         self._model = model
         self._targets = Targets(model)
+        self._models = {model.description.mounted: model}
         self.q: Array | None = None
         """Joints, as long as they are known."""
-        self.ends: dict[tuple[int, bytes], Array | None] = {}
+        self.ends: dict[_Place, Array | None] = {}
         """Joints after a step, by its place."""
+
+    def mount(self, step: Mount) -> None:
+        """From here on what is said of the TCP is said of another one."""
+        if step.mounted not in self._models:
+            self._models[step.mounted] = model_of(replace(self._model.description, mounted=step.mounted))
+        self._model = self._models[step.mounted]
+        self._targets = Targets(self._model)
 
     def joints(self, step: JointStep) -> str:
         """Move joints; returns what is wrong."""

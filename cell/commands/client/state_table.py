@@ -82,7 +82,7 @@ def labelled_why(state: RobotState) -> str:
     """`why` with what it is in front of it, so that waiting does not look like an alarm; then pace and part."""
     reason = why(state)
     labelled = f"{_label(state, reason)}: {reason}" if reason else ""
-    return "; ".join(filter(None, (labelled, pace_text(state), part_text(state))))
+    return "; ".join(filter(None, (labelled, pace_text(state), mounted_text(state))))
 
 
 def _label(state: RobotState, reason: str) -> str:
@@ -102,11 +102,15 @@ def pace_text(state: RobotState) -> str:
     return ", ".join(parts)
 
 
-def part_text(state: RobotState) -> str:
+def mounted_text(state: RobotState) -> str:
     """What the robot holds, or that nobody has said it; empty for nothing."""
+    tool = f"tool {state.tool}" if state.tool else ""
+    if state.tool is None:
+        tool = f"its tool is unknown: cell tool {state.robot}"
+    part = f"holds {state.part}" if state.part else ""
     if state.part is None:
-        return f"what it holds is unknown: cell part {state.robot}"
-    return f"holds {state.part}" if state.part else ""
+        part = f"what it holds is unknown: cell part {state.robot}"
+    return ", ".join(filter(None, (tool, part)))
 
 
 def robot_line(robot: str, state: RobotState | None) -> str:

@@ -97,13 +97,13 @@ def _coupled(robot: Model, joint: int) -> str:
 
 
 def _facts(robot: Model) -> list[tuple[str, str]]:
-    farther = "nothing of it is ever" if robot.body else "its flange is never"
+    farther = "nothing of it is ever" if robot.body else "its TCP is never"
     facts = [("reach", f"{1000 * robot.reach_m:.0f} mm: {farther} farther from the base")]
     home = _known(robot, "home")
     if not np.isnan(home).any():
-        flange = to_xyz_abc(robot.forward(home)) * [1000, 1000, 1000, *[180 / np.pi] * 3]
+        tcp = to_xyz_abc(robot.forward(home)) * [1000, 1000, 1000, *[180 / np.pi] * 3]
         near = robot.singularity(home)
-        facts.append(("home", " ".join(f"{name} {value:.1f}" for name, value in zip("XYZABC", flange, strict=True))))
+        facts.append(("home", " ".join(f"{name} {value:.1f}" for name, value in zip("XYZABC", tcp, strict=True))))
         facts.append(("", f"{float(near.nearest):.2f} away from singular ({near.name}); 0 is singular, 1 the farthest"))
         facts.append(("body", f"{len(robot.body)} capsules on the links {', '.join(robot.link_names)}"))
     complete = "all solutions, in closed form" if robot.closed_form else "numeric: up to so many, nearest first"
@@ -118,7 +118,7 @@ def _facts(robot: Model) -> list[tuple[str, str]]:
     for name, tool in robot.description.tools.items():
         tcp = to_xyz_abc(tool.pose_flange_tcp) * [1000, 1000, 1000, *[180 / np.pi] * 3]
         pose = " ".join(f"{letter} {value:.1f}" for letter, value in zip("XYZABC", tcp, strict=True))
-        mounted = ", mounted" if name == robot.description.mounted else ""
+        mounted = ", mounted" if name in robot.description.mounted.tools else ""
         facts.append(("tool", f"{name}: TCP {pose}, {tool.mass_kg:g} kg{mounted}"))
     facts += [("part", f"{part.name}: {part.mass_kg:g} kg") for part in robot.description.parts.values()]
     return facts

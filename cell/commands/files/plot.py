@@ -54,7 +54,13 @@ def plot(
     owner = PointsOwner(robot.joint_names, robot.linear_names, None, tuple(described.tools), robot.branches)
     try:
         points = Points(load_points(taught, owner).points if taught is not None else {})
-        names = Names(robot.joint_names, linear=robot.linear_names, parts=described.parts, points=points)
+        names = Names(
+            robot.joint_names,
+            linear=robot.linear_names,
+            tools=described.tools,
+            parts=described.parts,
+            points=points,
+        )
         parsed = parse_program(text, str(program), names, program.parent)
     except ConfigError as error:
         raise CommandError(str(error), "correct the points file; docs/points_file.md") from error
@@ -76,13 +82,12 @@ def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tupl
     starts = np.append(0.0, np.cumsum([planned.motion.duration_s for planned in motions]))
     grids = [planned.motion.grid for planned in motions]
     t = np.concatenate([start + grid for start, grid in zip(starts, grids, strict=False)])
-    q, qd = (
-        np.concatenate([getattr(planned.motion, what)(grid) for planned, grid in zip(motions, grids, strict=True)])
-        for what in ("q", "qd")
+    qd = np.concatenate([planned.motion.qd(grid) for planned, grid in zip(motions, grids, strict=True)])
+    place = 1000.0 * np.concatenate(
+        [planned.motion.pose(grid)[:, :3, 3] for planned, grid in zip(motions, grids, strict=True)]
     )
-    place = 1000.0 * model.forward(q)[:, :3, 3]
     speed = 1000.0 * np.concatenate(
-        [planned.motion.flange_speed(grid) for planned, grid in zip(motions, grids, strict=True)]
+        [planned.motion.tcp_speed(grid) for planned, grid in zip(motions, grids, strict=True)]
     )
     limits = model.limits.velocity
     share = 100.0 * qd / limits
@@ -90,9 +95,9 @@ def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tupl
     joints = [(joint, t, share[:, k]) for k, joint in enumerate(model.joint_names)]
     x, y, z = place.T
     charts = [
-        Chart("Path from above", "X mm", "Y mm", [("flange", x, y)], equal=True),
-        Chart("Path from the side", "X mm", "Z mm", [("flange", x, z)], equal=True),
-        Chart("Speed of the flange", "s", "mm/s", [("flange", t, speed)], marks),
+        Chart("Path from above", "X mm", "Y mm", [("TCP", x, y)], equal=True),
+        Chart("Path from the side", "X mm", "Z mm", [("TCP", x, z)], equal=True),
+        Chart("Speed of the TCP", "s", "mm/s", [("TCP", t, speed)], marks),
         Chart("Joint speeds in percent of their limits", "s", "%", joints, marks, (-100.0, 100.0)),
     ]
     blends = [
@@ -105,8 +110,8 @@ def _page(name: str, model: Model, motions: list[Planned], reasons: Mapping[tupl
     filtered = [planned.motion.filter_deviation_m for planned in motions]
     summary = [
         f"{starts[-1]:.3f} s in {len(motions)} motions, pauses left out; vertical lines are where a motion ends",
-        f"largest flange speed {speed.max():.1f} mm/s, largest joint speed {np.abs(share).max():.1f} % of its limit",
-        "way of the flange {:.1f} mm, its rotation {:.1f} deg, way of the joints {:.1f} deg".format(*covered),
+        f"largest TCP speed {speed.max():.1f} mm/s, largest joint speed {np.abs(share).max():.1f} % of its limit",
+        "way of the TCP {:.1f} mm, its rotation {:.1f} deg, way of the joints {:.1f} deg".format(*covered),
         f"largest deviation where blocks are blended {1e6 * max(blends, default=0.0):.0f} um",
         f"largest deviation by the filter on the axes {1e6 * max(filtered):.0f} um",
     ]

@@ -83,7 +83,7 @@ def teach(
 ) -> None:
     """Place a frame by three points to which you jog a robot, in another terminal: its origin, along X, aside.
 
-    The points are those of the flange, or of the TCP of the mounted tool. Nothing is written before you say so.
+    The points are those of the TCP. Nothing is written before you say so.
     """
     with connect(file, endpoint) as operator:
         _check_movable(operator, frame)
@@ -163,7 +163,7 @@ def _confirmed(operator: Connection, robot: str, point: str) -> Point:
 
 
 def standing_at(operator: Connection, robot: str) -> Point:
-    """Where the robot's flange or TCP stands [m, world]. Raises `CommandError` when it moves or nobody knows."""
+    """Where the robot's TCP stands [m, world]. Raises `CommandError` when it moves or nobody knows."""
     seen: list[Point] = []
     for _ in range(2):
         state = _next_state(operator, robot)

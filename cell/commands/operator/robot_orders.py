@@ -1,4 +1,4 @@
-"""`cell run`, `halt`, `continue`, `return`, `step`, `override`, `manual`, `part`, `enable`, `disable`."""
+"""`cell run`, `halt`, `continue`, `return`, `step`, `override`, `manual`, `tool`, `part`, `enable`, `disable`."""
 
 from enum import Enum
 from pathlib import Path
@@ -9,7 +9,20 @@ import typer
 from cell.commands.client.connection import connect, report
 from cell.commands.operator.common_start import AHEAD_S, run_together
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
-from cell.messages import Command, Continue, Disable, Enable, Halt, Return, Run, SetManual, SetOverride, SetPart, Step
+from cell.messages import (
+    Command,
+    Continue,
+    Disable,
+    Enable,
+    Halt,
+    Return,
+    Run,
+    SetManual,
+    SetOverride,
+    SetPart,
+    SetTool,
+    Step,
+)
 
 PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
 
@@ -103,6 +116,20 @@ def manual(
 ) -> None:
     """Bound a robot's TCP to 250 mm/s (manual operation), or not. It replaces no safety-rated speed monitoring."""
     _order(robot, SetManual(switch is OnOff.ON), file, endpoint)
+
+
+def tool(
+    robot: RobotArgument,
+    name: Annotated[str, typer.Argument(metavar="TOOL|none", help="Of the robot file, or none.", show_default=False)],
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Say which tool is mounted on a robot: look first, its body and its TCP are those of what you say.
+
+    Wanted after each start of its agent, before a program with T runs, and when somebody has changed the tool by hand.
+    The robot is at rest; a program that is halted or interrupted ends by it.
+    """
+    _order(robot, SetTool(None if name.lower() == "none" else name), file, endpoint)
 
 
 def part(

@@ -26,6 +26,7 @@ from cell.messages import (
     SetManual,
     SetOverride,
     SetPart,
+    SetTool,
     Step,
     Teach,
 )
@@ -36,8 +37,8 @@ from robot_agent.agent.mode import ModeEvent, after, stands
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.teaching import Teaching, Untaught
 from robot_agent.agent.planning.planner import Planner
-from robot_agent.agent.program.held_parts import HeldParts
 from robot_agent.agent.program.interruption import Interruption
+from robot_agent.agent.program.mounted_now import MountedNow
 from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.program.path_gap import Gap
 from robot_agent.agent.program.program_run import ProgramRun
@@ -109,14 +110,14 @@ class Decisions:
         jogging: Jogging,
         corrections: Corrections,
         interruption: Interruption,
-        parts: HeldParts,
+        mounted: MountedNow,
         teaching: Teaching,
     ) -> None:
         self._robot = robot
         self._teaching = teaching
         self._run = run
         self._interruption = interruption
-        self._parts = parts
+        self._mounted = mounted
         self._pace = pace
         self._jogging = jogging
         self._corrections = corrections
@@ -138,7 +139,7 @@ class Decisions:
 
     def decide(self, command: Command, mode: Mode, situation: Situation, now: float, made_at: float) -> Decision:
         """On a call that was made at `made_at` [s], in view of the robot."""
-        situation = replace(situation, planner=situation.planner.holding(self._parts.held))  # of just now
+        situation = replace(situation, planner=situation.planner.mounting(self._mounted.present))  # of just now
         if situation.kept_still and isinstance(command, _MOVING):
             over = "call again when that is over, by `cell status`"
             return Refused(f"{self._robot} stays at rest: {situation.kept_still}; {over}")
@@ -159,8 +160,8 @@ class Decisions:
                 return self._override(percent, mode)
             case SetManual(on):
                 return self._manual(on, mode)
-            case SetPart(part):
-                return self._hold(part, mode, situation)
+            case SetTool() | SetPart():
+                return self._mount(command, mode, situation)
             case Jog() | Go():
                 return self._jog(command, mode, situation, made_at)
             case Teach():
@@ -200,12 +201,8 @@ class Decisions:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
         if self._run.unknown_output:
             return Refused(f"{self._robot} cannot run its program: {self._run.unknown_output}")
-        if self._run.uses_parts and not self._parts.known:
-            words = "|".join((*self._parts.names, "none"))
-            return Refused(
-                f"{self._robot} cannot run its program, which takes or gives away a part: nobody has said what it "
-                f"holds since its agent was started; look, then `cell part {self._robot} {words}`"
-            )
+        if unsaid := self._unsaid():
+            return Refused(unsaid)
         if not executive.at_rest(feedback.tick):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
         if self._pace.backwards:
@@ -221,24 +218,49 @@ class Decisions:
                 return Refused(f"the first motion shall last {run.lasting_s:.4g} s, {allowed}")
             end_tick = tick + round(run.lasting_s / executive.cycle_s)
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
-        self._run.start(feedback.commanded, tick, end_tick, self._parts.held)
+        self._run.start(feedback.commanded, self._mounted.present, tick, end_tick)
         self._pace.no_step()
         return Done(f"{self._robot} runs {self._run.status.name} from its first line", after(mode, ModeEvent.RUN))
 
-    def _hold(self, part: str | None, mode: Mode, situation: Situation) -> Done | Refused:
-        """Take an operator's word; a program that was planned with something else in the gripper has ended."""
-        if part is not None and part not in self._parts.names:
-            known = ", ".join(self._parts.names) or "it has none"
-            return Refused(f"no part {part!r}; in the robot file of {self._robot} are: {known}")
+    def _unsaid(self) -> str:
+        """What the program has to know and nobody has said, for people; empty when it may run."""
+        now, robot = self._mounted, self._robot
+        for kind, told, names, wanted in (
+            ("tool", now.tool, now.tools or (), self._run.changes_tools),
+            ("part", now.part, now.parts, self._run.mounts),
+        ):
+            if wanted and told is None:
+                does = "changes its tool" if self._run.changes_tools else "takes or gives away a part"
+                which = "which tool is mounted" if kind == "tool" else "what it holds"
+                return (
+                    f"{robot} cannot run its program, which {does}: nobody has said {which} since its agent was "
+                    f"started; look, then `cell {kind} {robot} {'|'.join((*names, 'none'))}`"
+                )
+        return ""
+
+    def _mount(self, said: SetTool | SetPart, mode: Mode, situation: Situation) -> Done | Refused:
+        """Take an operator's word; a program that was planned with something else at the flange has ended."""
+        now = self._mounted
+        if isinstance(said, SetTool):
+            name, names, told = said.tool, now.tools or (), now.tool
+            text = f"{self._robot} has {'no tool' if name is None else f'the tool {name}'} mounted"
+        else:
+            name, names, told = said.part, now.parts, now.part
+            text = f"{self._robot} holds {'nothing' if name is None else name}"
+        if name is not None and name not in names:
+            known = ", ".join(names) or "it has none"
+            return Refused(f"no {said.verb} {name!r}; in the robot file of {self._robot} are: {known}")
         if not (stands(mode) or mode is Mode.DISABLED):
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         executive = situation.executive
         if not situation.standing or not (executive is None or executive.at_rest(situation.feedback.tick)):
             return Refused(f"{self._robot} still moves: call again when it is at rest")
-        text = f"{self._robot} holds {'nothing' if part is None else part}"
-        if self._parts.told == (part or ""):
+        if told == (name or ""):
             return Done(f"{text}, as before", mode)
-        self._parts.take(() if part is None else (part,))
+        if isinstance(said, SetTool):
+            now.say_tool(name)
+        else:
+            now.say_part(name)
         if self._run.running or self._run.interrupted:
             self._interruption.forget(f"an operator said that {text}: start it anew")
             mode = after(mode, ModeEvent.FORGOTTEN)

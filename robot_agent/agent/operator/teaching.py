@@ -99,13 +99,17 @@ class Teaching:
         frame = command.frame
         if frame is None and isinstance(known, PosePoint):
             frame = known.frame
+        tools = planner.model.description.mounted.tools
+        if len(tools) > 1:
+            words = " or ".join((*tools, "none"))
+            raise Untaught(f"nobody has said what {self._robot} carries, {words}: `cell tool {self._robot} NAME|none`")
         try:
-            pose = planner.model.tcp(feedback.position)
+            pose = planner.model.forward(feedback.position)
         except KinematicsError as error:
             raise Untaught(f"there is no pose here: {error}; teach the joints: --joints") from error
         seen = compose(inverse(self.pose_base_frame(frame, planner)), pose) if frame else pose
         x, y, z, a, b, c = to_xyz_abc(seen).tolist()
-        return PosePoint((x, y, z), (a, b, c), frame or None, planner.model.description.mounted)
+        return PosePoint((x, y, z), (a, b, c), frame or None, *tools)
 
     def pose_base_frame(self, frame: str, planner: Planner) -> NDArray[np.float64]:
         """Pose `(4, 4)` of a frame of the cell in the robot's base, as the manager says it. Raises `Untaught`."""

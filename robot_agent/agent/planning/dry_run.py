@@ -10,7 +10,7 @@ from cell.messages import FramePose
 from robot_agent.agent.planning.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, Plan, PlanFailed, Planned
-from robot_agent.language import Finished, Program, ProgramFault, held_before
+from robot_agent.language import Finished, Program, ProgramFault, mounted_before
 
 
 def dry_run(
@@ -18,13 +18,13 @@ def dry_run(
 ) -> tuple[list[Planned], PlanFailed | None]:
     """The motions of a program from home, its pauses left out, and the failure that ends it, if one does.
 
-    The frames are all that the program names. It begins without a part, or with any of the robot's parts where DETACH
-    comes first. A program that never ends is cut off once its motions last `longest_s`, or where it goes round without
-    one.
+    The frames are all that the program names. It begins with the tool of the robot file and without a part, or with any
+    part where DETACH comes first. A program that never ends is cut off once its motions last `longest_s`, or where it
+    goes round without one.
     """
     lookahead = Lookahead()
-    held = held_before(program, planner.model.description.parts)
-    lookahead.start(program, np.asarray(planner.model.home), held)
+    before = mounted_before(program, planner.model.description)
+    lookahead.start(program, np.asarray(planner.model.home), before)
     motions: list[Planned] = []
     still = _Round()
     while sum(planned.motion.duration_s for planned in motions) < longest_s:

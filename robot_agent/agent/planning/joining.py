@@ -13,7 +13,7 @@ _NEARLY_STRAIGHT = 1e-2
 def why_apart(step: MotionStep, following: MotionStep) -> str:
     """Why the robot stops between two moves whatever their directions are, for people; empty where it may go on.
 
-    A joint move after a move of the flange needs all its joints named: where the flange move leaves the others is not
+    A joint move after a move of the TCP needs all its joints named: where the TCP move leaves the others is not
     known before it is planned. A spline takes its direction from a joint move next to it. Where TANG changes, the tool
     may have to turn before the robot goes on. Where SPACE changes, other spaces hold from the rest on.
     """
@@ -41,7 +41,7 @@ def _why_joints_apart(step: MotionStep, following: MotionStep) -> str:
 class StraightOn:
     """Which joint moves go on in the direction of the one before them, which then needs no round edge.
 
-    After a move of the flange and after HOME the joints are not known until all of them are named again.
+    After a move of the TCP and after HOME the joints are not known until all of them are named again.
     """
 
     def __init__(self, start: NDArray[np.float64] | None) -> None:

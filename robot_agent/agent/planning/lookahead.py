@@ -19,10 +19,10 @@ from robot_agent.agent.planning.joining import StraightOn, why_apart
 from robot_agent.agent.planning.plans import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest, Unplan
 from robot_agent.language import (
     Finished,
-    HoldParts,
     Interpreter,
     Meet,
     MotionStep,
+    Mount,
     Pause,
     Program,
     ProgramFault,
@@ -31,6 +31,7 @@ from robot_agent.language import (
     TrackingOff,
     TrackingOn,
 )
+from robot_agent.model.description import Mounted
 from robot_agent.trajectory import Motion
 
 _PLANNED_AHEAD = 3
@@ -70,7 +71,7 @@ Item = (
     | Waiting
     | Pause
     | SwitchNow
-    | HoldParts
+    | Mount
     | Meet
     | TrackingOn
     | TrackingOff
@@ -106,10 +107,10 @@ class Lookahead:
         self._took_s: deque[float] = deque(maxlen=_MEASURED)
         """From asking for a plan to having it."""
 
-    def start(self, program: Program, q: NDArray[np.float64], held: tuple[str, ...] = ()) -> None:
-        """Begin the program with the robot at rest at `q` `(n,)`; `held` are the parts that it holds, or may hold."""
+    def start(self, program: Program, q: NDArray[np.float64], mounted: Mounted) -> None:
+        """Begin the program with the robot at rest at `q` `(n,)`; `mounted` is what it carries, or may carry."""
         self.stop()
-        self._interpreter = Interpreter(program, held)
+        self._interpreter = Interpreter(program, mounted)
         self._end = q
 
     def stop(self) -> None:

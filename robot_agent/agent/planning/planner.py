@@ -11,7 +11,8 @@ from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError
-from robot_agent.language import ArcStep, FlangeStep, JointStep, LineStep, SplineStep, Switch
+from robot_agent.language import JointStep, LineStep, SplineStep, Switch, TcpStep
+from robot_agent.model.description import Mounted
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
@@ -58,16 +59,16 @@ class Planner:
         self.targets = Targets(robot.model, robot.pose_world_base)
         self._kept_apart = robot.kept_apart
         self._braking = Braking.of(robot.model, robot.limits, cycle_s, quick_stop)
-        self.held = robot.model.description.held
-        """The part that is held in all that it plans; several where it may be any of them."""
-        self._by_held = {self.held: self}
-        for parts, other in robot.holding.items():
-            self._by_held[parts] = Planner(other, cycle_s, quick_stop)
-            self._by_held[parts]._by_held = self._by_held
+        self.mounted = robot.model.description.mounted
+        """In all that it plans."""
+        self._mountings = {self.mounted: self}
+        for mounted, other in robot.mountings.items():
+            self._mountings[mounted] = Planner(other, cycle_s, quick_stop)
+            self._mountings[mounted]._mountings = self._mountings
 
-    def holding(self, parts: tuple[str, ...]) -> "Planner":
-        """The planner of the same robot with this part, or with any of its parts, or without."""
-        return self._by_held[parts]
+    def mounting(self, mounted: Mounted) -> "Planner":
+        """The planner of the same robot with this tool and part, or with any of them, or without."""
+        return self._mountings[mounted]
 
     def place(self, frames: tuple[FramePose, ...]) -> None:
         """Look at things, and at targets in frames, where they are with the frames there."""
@@ -76,8 +77,8 @@ class Planner:
         self.targets = replace(self.targets, frames=at)
 
     def plan(self, request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
-        """Plan steps with what is held then; every failure is a `PlanFailed` that says where and why."""
-        planner = self.holding(request.held)
+        """Plan steps with what is mounted then; every failure is a `PlanFailed` that says where and why."""
+        planner = self.mounting(request.mounted)
         planner.place(request.frames)
         try:
             return planner._slowed(request, Sequence(planner._blocks(request)))
@@ -113,7 +114,7 @@ class Planner:
     def _slower(
         self, block: Block, q: NDArray[np.float64], qd: NDArray[np.float64], haste: NDArray[np.float64]
     ) -> Block:
-        """A move with lower caps: on what its flange does at samples `(k, n)` where the TCP is too fast by `haste`."""
+        """A move with lower caps: on what the TCP does at samples `(k, n)` where it is too fast by `haste`."""
         twist = (self.model.jacobian(q) @ qd[..., None])[..., 0] * (_BELOW / haste[:, None])
         speed, turn = (float(np.linalg.norm(part, axis=-1).max()) for part in np.split(twist, 2, axis=-1))
         speeds = [max(speed, _SLOWEST), *([] if block.speed_m_s is None else [block.speed_m_s])]
@@ -138,7 +139,7 @@ class Planner:
             whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
             switches=(request.switches + _switches(request))[-blocks:], spaces_off=request.steps[0].spaces_off,
-            held=whole.held, shut=whole.shut, sections=self._extended_sections(request, whole),
+            mounted=whole.mounted, shut=whole.shut, sections=self._extended_sections(request, whole),
         )  # fmt: skip
 
     def _extended_sections(self, request: ExtendRequest, whole: Planned) -> MotionSections | None:
@@ -186,7 +187,8 @@ class Planner:
 
     def half_turns(self, request: PlanRequest | ExtendRequest) -> set[int]:
         """Program lines of the request on which the tool makes half a turn at once, whose two ways are as long."""
-        numbered = list(enumerate(self._blocks(request)))
+        planner = self.mounting(request.mounted)
+        numbered = list(enumerate(planner._blocks(request)))
         lines, q = set[int](), request.start
         for joints, group in groupby(numbered, key=lambda each: isinstance(each[1], JointMove)):
             moves = list(group)
@@ -194,7 +196,7 @@ class Planner:
                 q = next(block.target for _, block in reversed(moves) if isinstance(block, JointMove))
                 continue
             try:
-                found = half_turns([(k, b) for k, b in moves if not isinstance(b, JointMove)], self.model.forward(q))
+                found = half_turns([(k, b) for k, b in moves if not isinstance(b, JointMove)], planner.model.forward(q))
             except PathError:
                 continue  # planning names what is wrong
             lines |= {request.steps[block].line for block in found}
@@ -222,7 +224,7 @@ class Planner:
                     blocks.append(_joint_block(step, q))
                     pose = self.model.forward(q) if len(q) == self.model.n else pose
                 else:
-                    block = _flange_block(step, pose, self.targets)
+                    block = _tcp_block(step, pose, self.targets)
                     blocks.append(block)
                     pose = end_of(block, pose)
             except NoPlace as error:
@@ -239,7 +241,9 @@ class Planner:
             watched = self.spaces.watched(body, self.pose_world_base, self.model.forward(motion.q(taus)))
             shut = self.spaces.switched_by_input(watched, taus)
         sections = cut(self._braking, body, taus, motion.q(taus), motion.qd(taus)) if self._kept_apart else None
-        return Planned(id, lines, motion, taus, body, crossed, versions, held=self.held, shut=shut, sections=sections)
+        return Planned(
+            id, lines, motion, taus, body, crossed, versions, mounted=self.mounted, shut=shut, sections=sections
+        )
 
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:
@@ -264,11 +268,7 @@ def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:
     )
 
 
-def _flange_block(step: FlangeStep, present: NDArray[np.float64], targets: Targets) -> Line | Arc | Spline:
-    aims = (step.aim, step.via_aim) if isinstance(step, ArcStep) else (step.aim,)
-    if step.tangential_rad is not None and (taught := [aim for aim in aims if aim.tool is not None]):
-        why = f"point {taught[0].point} is where the TCP of {taught[0].tool} was taught, while TANG leads the flange"
-        raise NoPlace(why, f"teach {taught[0].point} without a tool, or switch TANG off for this move")
+def _tcp_block(step: TcpStep, present: NDArray[np.float64], targets: Targets) -> Line | Arc | Spline:
     target = targets.pose(step.position_m, step.orientation_abc, step.aim, present)
     if step.tangential_rad is not None:
         target[:3, :3] = present[:3, :3]

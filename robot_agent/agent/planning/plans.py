@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from cell.core import Effect
 from cell.messages import FramePose, ZoneGeometry
 from robot_agent.language import MotionStep, Switch
+from robot_agent.model.description import NOTHING, Mounted
 from robot_agent.trajectory import Motion
 from robot_agent.workspace import Crossing, MotionSections, Sweep
 
@@ -24,9 +25,9 @@ class PlanRequest:
     """Where the frames are in which things stand; without them things are where the cell file says."""
 
     @property
-    def held(self) -> tuple[str, ...]:
-        """The part that is held during all steps."""
-        return self.steps[0].held
+    def mounted(self) -> Mounted:
+        """What is mounted during all steps."""
+        return self.steps[0].mounted
 
     @property
     def line(self) -> int:
@@ -59,9 +60,9 @@ class ExtendRequest:
     """Of the motion."""
 
     @property
-    def held(self) -> tuple[str, ...]:
+    def mounted(self) -> Mounted:
         """As in `PlanRequest`."""
-        return self.steps[0].held
+        return self.steps[0].mounted
 
     @property
     def line(self) -> int:
@@ -107,7 +108,7 @@ class Planned:
     """What is switched at the end of each block of a motion that a program asked for."""
     spaces_off: frozenset[str] = frozenset()
     """Spaces that the program had switched off."""
-    held: tuple[str, ...] = ()
+    mounted: Mounted = NOTHING
     """The part that the robot holds; several where it may be any of them."""
     shut: tuple[Crossing, ...] = ()
     """Where it enters and leaves spaces that an input switches."""

@@ -32,26 +32,25 @@ class Targets:
     def pose(
         self, position_m: Position, orientation_abc: Orientation | None, aim: Aim, present: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Pose `(4, 4)` of the flange in base at a target, from the pose `present` `(4, 4)`. Raises `NoPlace`.
+        """Pose `(4, 4)` of the TCP in base at a target, from the pose `present` `(4, 4)`. Raises `NoPlace`.
 
         Coordinates that are not named keep their value as it is seen in the frame.
         """
         if aim.joints:
             return self.model.forward(np.array(aim.joints))
-        mounted = self.model.description.mounted
-        if aim.tool is not None and aim.tool != mounted:
+        tools = self.model.description.mounted.tools
+        if aim.point and tools != ((aim.tool,) if aim.tool else ()):
+            taught = f"with tool {aim.tool}" if aim.tool else "without a tool"
             raise NoPlace(
-                f"point {aim.point} was taught with tool {aim.tool}, mounted is {mounted or 'none'}",
-                f"mount {aim.tool} in the robot file, or teach {aim.point} again",
+                f"point {aim.point} was taught {taught}, mounted is {' or '.join(tools) or 'none'}",
+                f"T={aim.tool or 'NONE'} comes before it, or teach {aim.point} again",
             )
         frame = aim.frame or BASE
         if frame == BASE:
-            target = pose_target(position_m, orientation_abc, present)
-        else:
-            pose_base_frame = self.pose_base_frame(frame)
-            seen = compose(inverse(pose_base_frame), present)
-            target = compose(pose_base_frame, pose_target(position_m, orientation_abc, seen))
-        return target if aim.tool is None else self.model.flange_at(target)
+            return pose_target(position_m, orientation_abc, present)
+        pose_base_frame = self.pose_base_frame(frame)
+        seen = compose(inverse(pose_base_frame), present)
+        return compose(pose_base_frame, pose_target(position_m, orientation_abc, seen))
 
     def pose_base_frame(self, frame: str) -> NDArray[np.float64]:
         """Pose `(4, 4)` of a frame in the robot's base. Raises `NoPlace`."""
@@ -75,7 +74,7 @@ class Targets:
         except Unreachable as error:
             x, y, z = 1000.0 * pose[:3, 3]
             on = f" on branch {error.branch}" if error.branch else ""
-            text = f"the flange cannot be at X {x:.1f} Y {y:.1f} Z {z:.1f} mm{on}: {error.violation}"
+            text = f"the TCP cannot be at X {x:.1f} Y {y:.1f} Z {z:.1f} mm{on}: {error.violation}"
             raise NoPlace(text, "move the target, or name another branch") from error
         except KinematicsError as error:
             raise NoPlace(str(error), "name one of these, or none: the nearest") from error

@@ -138,7 +138,7 @@ class Interruption:
         target = self._stretch.planned.motion.q(np.array(tau))
         left = self._stretch.planned
         step = JointStep(
-            self._run.line, tuple(target.tolist()), RETURN_SPEED, spaces_off=left.spaces_off, held=left.held
+            self._run.line, tuple(target.tolist()), RETURN_SPEED, spaces_off=left.spaces_off, mounted=left.mounted
         )
         request = PlanRequest(next(self._ids), (step,), feedback.commanded, zones)
         self._wanted = tau, request

@@ -16,16 +16,18 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, PlanFailed, Planned
 from robot_agent.language import (
     Finished,
-    HoldParts,
     Meet,
+    Mount,
     Pause,
     Program,
     ProgramFault,
     SwitchNow,
     TrackingOff,
     TrackingOn,
-    uses_parts,
+    changes_tools,
+    mounts,
 )
+from robot_agent.model.description import Mounted
 
 
 class ProgramRun:
@@ -58,8 +60,8 @@ class ProgramRun:
         """The tick from which on it goes on."""
         self._beside: Planned | None = None
         """Where the robot stands, while what it follows takes it from there before a next motion does."""
-        self.to_hold: HoldParts | None = None
-        """The program has come to this ATTACH or DETACH, at rest."""
+        self.to_mount: Mount | None = None
+        """The program has come to this T, ATTACH or DETACH, at rest."""
         self.at_meeting: Meet | None = None
         """The program has come to this MEET, at rest."""
         self.held_up = ""
@@ -76,11 +78,11 @@ class ProgramRun:
     def start(
         self,
         q: NDArray[np.float64],
+        mounted: Mounted,
         at_tick: int | None = None,
         end_tick: int | None = None,
-        held: tuple[str, ...] = (),
     ) -> None:
-        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)` and holds `held`.
+        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)` and carries `mounted`.
 
         With `end_tick` the first motion is slowed down so that it ends then.
         """
@@ -91,12 +93,17 @@ class ProgramRun:
         self._held_since, self._goes_since, self._beside = None, 0, None
         self.correction, self.correction_ends = "", False
         self.outputs.drop()
-        self.lookahead.start(self._program, q, held)
+        self.lookahead.start(self._program, q, mounted)
 
     @property
-    def uses_parts(self) -> bool:
-        """Whether the program takes a part or gives one away."""
-        return uses_parts(self._program)
+    def changes_tools(self) -> bool:
+        """Whether the program says which tool is mounted."""
+        return changes_tools(self._program)
+
+    @property
+    def mounts(self) -> bool:
+        """Whether what the robot carries matters to the program."""
+        return mounts(self._program)
 
     @property
     def unknown_output(self) -> str:
@@ -229,7 +236,7 @@ class ProgramRun:
     def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float) -> None:
         """Take the steps that move nothing, once the robot rests after its motion with all outputs switched."""
         self.outputs.executed(feedback.event, feedback.tick)
-        self.to_hold = self.at_meeting = None
+        self.to_mount = self.at_meeting = None
         before: object = self
         while before is not self.lookahead.head:
             before = self.lookahead.head
@@ -262,8 +269,8 @@ class ProgramRun:
                     self.lookahead.advance()
                 case TrackingOff():
                     self.correction_ends = True
-                case HoldParts() if executive.at_rest(tick):
-                    self.to_hold = head
+                case Mount() if executive.at_rest(tick):
+                    self.to_mount = head
                 case Meet() if executive.at_rest(tick):
                     self.at_meeting = head
                 case Finished(line):
@@ -275,9 +282,9 @@ class ProgramRun:
                 case _:
                     pass
 
-    def holds(self) -> None:
-        """The ATTACH or DETACH to which the program has come is done."""
-        self.to_hold, self.held_up = None, ""
+    def carries(self) -> None:
+        """The T, ATTACH or DETACH to which the program has come is done."""
+        self.to_mount, self.held_up = None, ""
         self.lookahead.advance()
 
     def leave_meeting(self, tick: int, at_tick: int) -> None:
@@ -332,7 +339,7 @@ class ProgramRun:
             return f"the common start, in {(self.resume_tick - tick) * cycle_s:.1f} s"
         if self._pause[1] <= tick < self.resume_tick:
             return f"{self._pause[2]}, {(self.resume_tick - tick) * cycle_s:.1f} s left"
-        if (self.to_hold is not None or self.at_meeting is not None) and self.held_up:
+        if (self.to_mount is not None or self.at_meeting is not None) and self.held_up:
             return self.held_up
         if isinstance(self.lookahead.head, Waiting):
             return f"line {self.lookahead.head.line} is being planned"

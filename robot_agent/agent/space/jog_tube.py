@@ -7,8 +7,9 @@ from cell.geometry import transform_points
 from cell.messages import Sections
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.kinematics import OpenMechanism
+from robot_agent.model.description import NOTHING
 from robot_agent.trajectory.sources import JogSource
-from robot_agent.trajectory.sources.flange import NoDirection
+from robot_agent.trajectory.sources.tcp import NoDirection
 from robot_agent.workspace import FOLLOWING_M, of_points
 
 _LENGTH_M = 0.008
@@ -28,14 +29,14 @@ class JogTube:
         self._q: list[NDArray[np.float64]] = []
         """Where sections begin, and where the last one ends."""
         self._sections = Sections()
-        self._shape: tuple[str, ...] = ()
+        self._shape = NOTHING
 
     def ahead(self, planner: Planner, source: JogSource, q: NDArray[np.float64], at_rest: bool) -> Sections:
         """The sections from joints `q` `(n,)` on, at which the robot comes to rest by what was sent."""
-        anew = source is not self._source or planner.held != self._shape
+        anew = source is not self._source or planner.mounted != self._shape
         nearest = 0 if anew or not self._q else self._nearest(q)
         if anew or not self._q or (at_rest and nearest + 1 >= len(self._q)):
-            self._source, self._shape, self._q, self._sections, nearest = source, planner.held, [q], Sections(), 0
+            self._source, self._shape, self._q, self._sections, nearest = source, planner.mounted, [q], Sections(), 0
         self._drop(nearest)
         self._lay(planner, source)
         return self._sections

@@ -45,7 +45,8 @@ class ZoneGuard:
                 return reason
             if planner.spaces:
                 base, off = planner.pose_world_base, self._zones.spaces.off(self._now)
-                if border := planner.spaces.in_the_way(planner.spaces.watched(path, base, links[:, -1]), off):
+                watched = planner.spaces.watched(path, base, planner.model.tcp_at(links[:, -1]))
+                if border := planner.spaces.in_the_way(watched, off):
                     return border
                 haste = planner.spaces.haste(base, states.q, states.qd, off)
                 if haste[1:].max(initial=0.0) > max(1.0, haste[0]):

@@ -41,13 +41,13 @@ class ClosedForm(Model):
 
     @abstractmethod
     def branches_of(self, elements: Array, held: Array) -> Raw:
-        """All branches for poses given by their elements `(4, 4, p)`.
+        """All branches for poses of the flange given by their elements `(4, 4, p)`.
 
         `held` `(n, 1)` or `(n, p)`: the values of joints that a pose leaves free.
         """
 
     def inverse(self, poses: Array, near: Array | None = None) -> Solutions:
-        elements = pose_elements(poses, "poses")
+        elements = pose_elements(self.flange_at(poses), "poses")
         leading, count = np.shape(poses)[:-2], elements.shape[-1]
         held, slots = self.held(near, leading), prod(self.slots)
         # One contiguous array over all poses for each joint of each branch; the answers are views of it.

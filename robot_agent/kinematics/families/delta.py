@@ -88,7 +88,7 @@ class Delta(ClosedForm):
     def joined_links(self) -> frozenset[tuple[int, int]]:
         return frozenset((one, other) for arm in (1, 2, 3) for one, other in ((0, arm), (arm, arm + 3), (arm + 3, 7)))
 
-    def jacobian(self, q: Array) -> Array:
+    def flange_jacobian(self, q: Array) -> Array:
         q = self.check_joints(q)
         rods, swings = self._rods_and_swings(q)
         result = np.zeros((*q.shape[:-1], 6, self.n))
@@ -97,7 +97,7 @@ class Delta(ClosedForm):
             result[..., 5, 3] = 1
         return result
 
-    def jacobian_derivative(self, q: Array, qd: Array) -> Array:
+    def flange_jacobian_derivative(self, q: Array, qd: Array) -> Array:
         q, speeds = self.check_joints(q), self.check_joints(qd, "joint speeds")[..., :3]
         rods, swings = self._rods_and_swings(q)
         jacobian = _solve(rods, _diagonal((rods * swings).sum(axis=-1)))

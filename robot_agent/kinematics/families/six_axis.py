@@ -96,7 +96,7 @@ class SixAxis(ClosedForm, SerialModel):
         poses = np.asarray(poses, dtype=float)
         if poses.shape != (4, 4):
             return super().inverse(poses, near)
-        rows = pose_rows(poses, "poses")
+        rows = pose_rows(self.flange_at(poses), "poses")
         slots = self._single.solve(rows, NO_TURNS if near is None else self.check_one(near, "near"))
         block = bytearray(PACKED.pack(*slots.joints, *slots.excess_m, *slots.valid, *slots.in_limits, *slots.singular))
         return Solutions(

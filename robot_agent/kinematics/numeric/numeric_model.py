@@ -15,6 +15,7 @@ from cell.geometry import check_poses, transform_points
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics.choice import joint_violation, reach_violation
 from robot_agent.kinematics.errors import BadInput, NotInUrdf, Reason, Violation
+from robot_agent.kinematics.model import moved
 from robot_agent.kinematics.numeric import tracking
 from robot_agent.kinematics.numeric.least_squares import ITERATIONS, Found, least_squares
 from robot_agent.kinematics.problems import apart_problems, body_problems, coupling_problems
@@ -78,8 +79,8 @@ class NumericModel(SerialModel):
             raise BadInput("robot description", "no URDF", "one that names the URDF of its chain")
         self._urdf: UrdfChain = read_urdf(description.urdf)
         super().__init__(description, self._urdf.chain)
-        self._flange_reach_m = float(farthest(self._places(self.n, np.zeros((1, 3))))[0])
-        self._length_m = max(self._flange_reach_m, 1e-3)
+        self._tcp_reach_m = float(farthest(self._places(self.n, description.pose_flange_tcp[None, :3, 3]))[0])
+        self._length_m = max(self._tcp_reach_m, 1e-3)
         self._starts = _spread(self.limits.position, sum(ROUNDS))
 
     @property
@@ -94,7 +95,7 @@ class NumericModel(SerialModel):
         return np.asarray(self._frames(q) @ self._urdf.link_frames)
 
     def singularity(self, q: Array) -> SingularityDistance:
-        jacobian = self.jacobian(q)
+        jacobian = self.flange_jacobian(q)
         jacobian[..., :3, :] /= self._length_m
         values = np.linalg.svd(jacobian, compute_uv=False)
         return SingularityDistance(("dependent axes",), values[..., -1:] / values[..., :1])
@@ -132,7 +133,7 @@ class NumericModel(SerialModel):
 
     def explain(self, pose: Array, solutions: Solutions, allowed: Flags | None = None) -> Violation:
         """The reach of the whole chain, a limit without which a solution was found, or the nearest miss."""
-        excess = float(np.linalg.norm(pose[:3, 3])) - self._flange_reach_m
+        excess = float(np.linalg.norm(pose[:3, 3])) - self._tcp_reach_m
         if excess > 0:
             return reach_violation(excess)
         turns = self.limits.position.mean(axis=1)[:, None] + [-TURN, TURN]
@@ -172,7 +173,9 @@ class NumericModel(SerialModel):
 
     def _pose_and_jacobian(self, q: Array) -> tuple[Array, Array]:
         frames = self._urdf.chain.frames(q)
-        return self._urdf.chain.flange(frames), self._urdf.chain.jacobian(frames)
+        flange = self._urdf.chain.flange(frames)
+        arm = flange[..., :3, :3] @ self._tcp
+        return self.tcp_at(flange), moved(self._urdf.chain.jacobian(frames), arm)
 
     def _round(self, targets: Array, held: Array, starts: Array) -> tuple[Array, Array]:
         """Distinct solutions `(p, SLOTS, n)`, nearest to `held` `(p, n)` first, and the nearest miss `(p, 2)`."""

@@ -4,7 +4,7 @@ from typing import Any, NoReturn
 
 from robot_agent.kinematics.errors import NotInUrdf
 from robot_agent.kinematics.urdf.urdf_chain import UrdfChain
-from robot_agent.model.description import JointLimits, RobotDescription, UrdfSource
+from robot_agent.model.description import NOTHING, JointLimits, RobotDescription, UrdfSource
 
 
 class UrdfLimits(JointLimits):
@@ -34,11 +34,10 @@ class UrdfDescription(RobotDescription):
             "linear": chain.linear,
             "coupling": None,
             "tools": {},
-            "mounted": None,
+            "mounted": NOTHING,
             "urdf": source,
             "motors": {},
             "parts": {},
-            "held": (),
             "masses": (),
         }
         for name, value in values.items():

@@ -7,13 +7,13 @@ import numpy as np
 from robot_agent.kinematics import Model
 from robot_agent.paths.curves import hermite
 from robot_agent.paths.transition import Transition
-from robot_agent.trajectory.joints.flange_way import with_flange, without_flange
 from robot_agent.trajectory.joints.joint_path import JointPath, Numbers, joined
 from robot_agent.trajectory.joints.meeting import JointMeeting
 from robot_agent.trajectory.joints.pieces import Pieces
+from robot_agent.trajectory.joints.tcp_way import with_tcp, without_tcp
 from robot_agent.trajectory.limits import Limits
 
-_FLANGE_SAMPLES = 65
+_TCP_SAMPLES = 65
 _BRIDGE_SAMPLES = 33
 
 
@@ -34,7 +34,7 @@ def blended(model: Model, limits: Limits, first: JointPath, second: JointPath) -
 
 
 def _seen(model: Model, first: JointPath, second: JointPath) -> tuple[JointPath, JointPath]:
-    """Both paths; where the limits of the flange begin or end to hold between them, a joint move tells of it too."""
+    """Both paths; where the limits of the TCP begin or end to hold between them, a joint move tells of it too."""
     if first.stretches[-1].on_path == second.stretches[0].on_path:
         return first, second
     if second.stretches[0].on_path:
@@ -43,12 +43,12 @@ def _seen(model: Model, first: JointPath, second: JointPath) -> tuple[JointPath,
 
 
 def _followed(model: Model, path: JointPath, end: bool) -> JointPath:
-    """A path of joint moves that tells what the flange does in its last or first piece."""
+    """A path of joint moves that tells what the TCP does in its last or first piece."""
     knots = path.pieces.knots
     first, last = knots[-2:] if end else knots[:2]
     piece = path.pieces.part(float(first), float(last))
     joints = Pieces(piece.knots, piece.coefficients[:, :, : path.joints])
-    known = replace(path, pieces=with_flange(model, joints)[0])
+    known = replace(path, pieces=with_tcp(model, joints)[0])
     if len(knots) == 2:
         return known
     other = path.part(0.0, float(first)) if end else path.part(float(last), path.length)
@@ -61,13 +61,13 @@ def _told(path: JointPath, transition: Transition) -> JointPath:
 
 
 def _rounded(model: Model, first: JointPath, second: JointPath, round_m: float, meeting: JointMeeting) -> JointPath:
-    """The corner cut where the flange is `round_m` away from it, or half of the shorter block.
+    """The corner cut where the TCP is `round_m` away from it, or half of the shorter block.
 
     Between two joint moves this is the quartic round edge, in joint space; both sides are cut by the same length of the
     joints' way, the shorter one deciding.
     """
-    back = _flange_way(model, first, first.length, (first.corner_lengths[1] + first.length) / 2.0)
-    ahead = _flange_way(model, second, 0.0, second.corner_lengths[0] / 2.0)
+    back = _tcp_way(model, first, first.length, (first.corner_lengths[1] + first.length) / 2.0)
+    ahead = _tcp_way(model, second, 0.0, second.corner_lengths[0] / 2.0)
     cut = min(float(np.interp(round_m, side[1], side[0])) for side in (back, ahead))
     bridge = _bridge(model, first, second, cut)
     at = first.length - cut + np.linspace(0.0, 2.0 * cut, _BRIDGE_SAMPLES)
@@ -102,9 +102,9 @@ def _bridge(model: Model, first: JointPath, second: JointPath, cut: float) -> Jo
     shape = hermite(first.state(start) * scale, second.state(stop) * scale)
     joints = Pieces(np.array([0.0, length]), (shape / length ** np.arange(6.0)[:, None])[None])
     edges = first.stretches[-1], second.stretches[0]
-    pieces, curvature = without_flange(joints), np.zeros((0, 2))
+    pieces, curvature = without_tcp(joints), np.zeros((0, 2))
     if any(edge.on_path or edge.capped for edge in edges):
-        pieces, curvature = with_flange(model, joints)
+        pieces, curvature = with_tcp(model, joints)
     stretches = (replace(edges[0], end=length / 2.0), replace(edges[1], end=length))
     path = JointPath(pieces, stretches, curvature, (), (length, 0.0), None)
     whole = joined(joined(first.part(0.0, start), path), second.part(stop, second.length))
@@ -112,16 +112,16 @@ def _bridge(model: Model, first: JointPath, second: JointPath, cut: float) -> Jo
     return replace(whole, corner_lengths=(head, whole.corner_lengths[1]))
 
 
-def _flange_way(model: Model, path: JointPath, corner: float, far: float) -> Numbers:
-    """Distance by parameter and along the flange's way `(2, k)` from the corner, rising."""
-    at = np.linspace(corner, far, _FLANGE_SAMPLES)
+def _tcp_way(model: Model, path: JointPath, corner: float, far: float) -> Numbers:
+    """Distance by parameter and along the TCP's way `(2, k)` from the corner, rising."""
+    at = np.linspace(corner, far, _TCP_SAMPLES)
     places = model.forward(path.pieces.position(at)[:, : path.joints])[:, :3, 3]
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     return np.stack([np.abs(at - corner), np.append(0.0, np.cumsum(steps))])
 
 
 def _deviation(model: Model, first: JointPath, second: JointPath, bridge: JointPath, wide: float) -> float:
-    """Largest distance [m] of the flange from where it would be without the bridge, across its way."""
+    """Largest distance [m] of the TCP from where it would be without the bridge, across its way."""
     along = np.linspace(-wide, wide, _BRIDGE_SAMPLES)
     start = first.length - wide
     cut = bridge.pieces.position(start + np.linspace(0.0, 2.0 * wide, _BRIDGE_SAMPLES))[:, : first.joints]

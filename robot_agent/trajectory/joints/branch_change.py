@@ -32,7 +32,7 @@ def any_branch(model: Model, poses: Numbers, start: Numbers) -> tuple[Numbers, N
         branch = int(np.argmin(away))
         joints[index] = solutions.joints[branch]
         inside = 0 < index < len(poses) - 1
-        if inside and np.linalg.cond(model.jacobian(joints[index])) > _NEARLY_SINGULAR:
+        if inside and np.linalg.cond(model.flange_jacobian(joints[index])) > _NEARLY_SINGULAR:
             counts[index] = False
             continue
         moved = joints[index] - before

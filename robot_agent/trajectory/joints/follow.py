@@ -1,4 +1,4 @@
-"""Joints along a path of the flange: as many nodes as it takes to stay on the path."""
+"""Joints along a path of the TCP: as many nodes as it takes to stay on the path."""
 
 import math
 from collections.abc import Callable
@@ -61,7 +61,7 @@ class FollowedPath:
     distance_m: Numbers
     parameter: Numbers
     curvature: Numbers
-    """`(m, 2)` parameter and curvature [1/m] of the flange's way."""
+    """`(m, 2)` parameter and curvature [1/m] of the TCP's way."""
 
     def passing(self, distance_m: Numbers) -> Numbers:
         """Parameters `(m,)` at which distances `(m,)` [m, or rad on the spot] are passed."""
@@ -105,7 +105,7 @@ class _Follower:
             nodes = _divided(nodes, np.minimum(np.ceil(1.1 * (error / _TOLERANCE) ** (1.0 / 6.0)), _MOST_PARTS))
         where = float(nodes[int(np.argmax(error))])
         reason = "the joints cannot follow this path closely enough"
-        hint = "give the flange more way there to turn, by another R or R=0 too, or split the move"
+        hint = "give the TCP more way there to turn, by another R or R=0 too, or split the move"
         raise self._refuse(where, reason, hint, None, None, self._path.poses(np.array([where]))[0])
 
     def _first_nodes(self) -> Numbers:
@@ -200,7 +200,7 @@ class _Follower:
         """Distance [m] or angle [rad] `(k - 1,)` from the path in the middle between nodes.
 
         More than is allowed, too, where the joints' way is not known: near a singular pose the wrist may turn far while
-        the flange hardly moves.
+        the TCP hardly moves.
         """
         middle = (made.parameter[:-1] + made.parameter[1:]) / 2.0
         place = made.pieces.position(middle)

@@ -1,7 +1,7 @@
 """What the joints do along a path, whatever block it comes from: the geometry that is timed.
 
 The parameter is the length of the joints' own way, each joint weighted by its speed limit [s]: no joint moves faster
-by it than its limit. It never stalls, not even where the flange turns on the spot or the wrist is nearly singular, and
+by it than its limit. It never stalls, not even where the TCP turns on the spot or the wrist is nearly singular, and
 two paths join smoothly exactly where tangent and curvature by it agree: that is what the joints feel.
 """
 
@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.paths.transition import Transition
-from robot_agent.trajectory.joints.flange_way import continued
 from robot_agent.trajectory.joints.pieces import Pieces
+from robot_agent.trajectory.joints.tcp_way import continued
 
 Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """Up to parameter `end`: block `block`, its caps, and whether the limits of the flange's path hold."""
+    """Up to parameter `end`: block `block`, its caps, and whether the limits of the TCP's path hold."""
 
     end: float
     block: int
@@ -34,18 +34,18 @@ class Stretch:
 
     @property
     def capped(self) -> bool:
-        """Whether the flange has a cap of its own."""
+        """Whether the TCP has a cap of its own."""
         return min(self.speed_m_s, self.rotation_rad_s) < np.inf
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointPath:
-    """`pieces` over the parameter: `n` joints, then the flange's way [m] and turn [rad] (constant where unused)."""
+    """`pieces` over the parameter: `n` joints, then the TCP's way [m] and turn [rad] (constant where unused)."""
 
     pieces: Pieces
     stretches: tuple[Stretch, ...]
     curvature: Numbers
-    """`(k, 2)` parameter and curvature [1/m] of the flange's way, rising."""
+    """`(k, 2)` parameter and curvature [1/m] of the TCP's way, rising."""
     transitions: tuple[Transition, ...]
     """Between its blocks, and a stop in front of them."""
     corner_lengths: tuple[float, float]
@@ -97,7 +97,7 @@ class JointPath:
 
 
 def share_on_path(stretches: Sequence[Stretch], first: Numbers, last: Numbers) -> Numbers:
-    """In what share of the stretches between parameters `first` and `last` `(k,)` the limits of the flange hold."""
+    """In what share of the stretches between parameters `first` and `last` `(k,)` the limits of the TCP hold."""
     low, high = (np.searchsorted([each.end for each in stretches[:-1]], at, side="right") for at in (first, last))
     before = np.cumsum([0, *(each.on_path for each in stretches)])
     return np.asarray((before[high + 1] - before[low]) / (high + 1 - low))

@@ -12,7 +12,7 @@ from robot_agent.trajectory.joints.joint_path import JointPath, Numbers
 
 STEP_OF_CURVATURE = 1e-6
 _STANDS = 1e-6
-"""Way of the flange by the parameter [m/s] below which it turns on the spot."""
+"""Way of the TCP by the parameter [m/s] below which it turns on the spot."""
 _SAME_RATE_RAD_M = 2e-3
 
 
@@ -27,7 +27,7 @@ class JointMeeting:
     step: float
     """The same for the curvature by the parameter."""
     turn_rad: float
-    """By how much the flange's direction turns, 0 where it stands on one side."""
+    """By how much the TCP's direction turns, 0 where it stands on one side."""
     reason: str
     """What steps, for people."""
 
@@ -95,7 +95,7 @@ def _reason(joints_rad: float, turn_rad: float, twists: list[Numbers], ways: lis
     if not on_path:
         return joints
     if min(ways) <= _STANDS:
-        return "the flange turns on the spot there"
+        return "the TCP turns on the spot there"
     if turn_rad > TANGENT_RAD:
         return f"the path turns by {np.degrees(turn_rad):.1f} deg"
     rate = float(np.linalg.norm(twists[1][3:] / ways[1] - twists[0][3:] / ways[0]))

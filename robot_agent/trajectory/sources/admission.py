@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.sources.flange import why_fast
 from robot_agent.trajectory.sources.states import States
+from robot_agent.trajectory.sources.tcp import why_fast
 
 SOFT_MARGIN = 5e-3
 """[rad or m] Motions that no plan has checked stop this far inside the joints' limits."""

@@ -9,8 +9,8 @@ from cell.geometry import quaternion
 from cell.messages import JogFrame
 from robot_agent.kinematics import Model
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.sources.flange import joint_speeds, joints_along
 from robot_agent.trajectory.sources.states import JointState, States
+from robot_agent.trajectory.sources.tcp import joint_speeds, joints_along
 
 Numbers = NDArray[np.float64]
 _SHARE_ON_A_WAY = 0.25
@@ -118,16 +118,12 @@ class ToolAxes:
         v, w = np.split(jacobian @ state.qd, 2)
         bend = self._model.jacobian_derivative(state.q, state.qd) @ state.qd
         a, turn = np.split(jacobian @ state.qdd + bend, 2)
-        arm = self._model.tcp(state.q)[:3, 3] - self._model.forward(state.q)[:3, 3]
-        v = v + np.cross(w, arm)
-        a = a + np.cross(turn, arm) + np.cross(w, np.cross(w, arm))
         to_frame = self._rotation_base_frame(state).T
         return np.append(to_frame @ v, to_frame @ w), np.append(to_frame @ a, to_frame @ turn)
 
     def lead(self, state: JointState, index: int) -> Numbers:
         axis = self._rotation_base_frame(state)[:, index % 3]
-        arm = self._model.forward(state.q)[:3, 3] - self._model.tcp(state.q)[:3, 3]
-        twist = np.append(axis, np.zeros(3)) if index < 3 else np.append(np.cross(axis, arm), axis)
+        twist = np.append(axis, np.zeros(3)) if index < 3 else np.append(np.zeros(3), axis)
         q = state.q[None]
         return np.asarray(joint_speeds(self._model, q, self._model.jacobian(q), twist[None])[0])
 
@@ -135,18 +131,14 @@ class ToolAxes:
         from_frame = self._rotation_base_frame(state).T
         moved, v, a = (course[order, :, :3] @ from_frame for order in range(3))
         turned, w, turn = (course[order, :, 3:] @ from_frame for order in range(3))
-        start = self._model.tcp(state.q)
+        start = self._model.forward(state.q)
         tcp = np.repeat(start[None], len(moved), axis=0)
         tcp[:, :3, 3] += moved
         tcp[:, :3, :3] = _orientations(start[:3, :3], turned)
-        flange = self._model.flange_at(tcp)
-        arm = flange[:, :3, 3] - tcp[:, :3, 3]
-        v = v + np.cross(w, arm)
-        a = a + np.cross(turn, arm) + np.cross(w, np.cross(w, arm))
-        return joints_along(self._model, flange, np.hstack([v, w]), np.hstack([a, turn]), state.q)
+        return joints_along(self._model, tcp, np.hstack([v, w]), np.hstack([a, turn]), state.q)
 
     def goal(self, state: JointState, index: int, distance: float) -> Numbers:
-        goal = self._model.tcp(state.q).copy()
+        goal = self._model.forward(state.q).copy()
         axis = self._rotation_base_frame(state)[:, index % 3]
         if index < 3:
             goal[:3, 3] += distance * axis
@@ -155,7 +147,7 @@ class ToolAxes:
         return goal
 
     def missing(self, state: JointState, index: int, goal: Numbers) -> float:
-        here = self._model.tcp(state.q)
+        here = self._model.forward(state.q)
         axis = self._rotation_base_frame(state)[:, index % 3]
         if index < 3:
             return float((goal[:3, 3] - here[:3, 3]) @ axis)
@@ -171,7 +163,7 @@ class ToolAxes:
             case JogFrame.WORLD:
                 return self._rotation_base_world
             case JogFrame.TOOL:
-                return np.asarray(self._model.tcp(state.q)[:3, :3])
+                return np.asarray(self._model.forward(state.q)[:3, :3])
 
 
 def turn_by(vectors: Numbers) -> Numbers:

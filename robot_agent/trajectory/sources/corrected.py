@@ -16,10 +16,10 @@ from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.sources.admission import Admission, Excess
 from robot_agent.trajectory.sources.axes import turn_by
 from robot_agent.trajectory.sources.corrected_block import CorrectedBlock
-from robot_agent.trajectory.sources.flange import in_reach, tracked, why_lost
 from robot_agent.trajectory.sources.online import NoCourse, approach, course, sampled_course
 from robot_agent.trajectory.sources.states import JointState, States
 from robot_agent.trajectory.sources.target import Target
+from robot_agent.trajectory.sources.tcp import in_reach, tracked, why_lost
 
 Numbers = NDArray[np.float64]
 
@@ -202,7 +202,7 @@ class CorrectedSource:
     def _within_reach(self, begun: CorrectedBlock) -> bool:
         """Whether the target can be reached from where the path is."""
         (pose,) = self._corrected(begun.path.q[:1], self.target.offset[None])
-        return in_reach(self._model, self._model.flange_at(pose), begun.states.q[0])
+        return in_reach(self._model, pose, begun.states.q[0])
 
     def _eased(
         self, begun: CorrectedBlock, count: int, effort: _Effort, tries: int
@@ -236,8 +236,8 @@ class CorrectedSource:
             ticks = max(path.rest_index, correction.shape[1] - 1) + RESTING_SAMPLES
             correction = correction[:, np.minimum(np.arange(ticks + 1), correction.shape[1] - 1)]
             kept = np.minimum(np.arange(ticks + 1), path.length - 1)
-            flange = self._model.flange_at(self._corrected(path.q[kept], correction[0]))
-            q = tracked(self._model, flange, begun.states.q[0])
+            poses = self._corrected(path.q[kept], correction[0])
+            q = tracked(self._model, poses, begun.states.q[0])
         except TrackError as error:
             return why_lost(error)
         except NoCourse:
@@ -276,7 +276,7 @@ class CorrectedSource:
 
     def _corrected(self, q: Numbers, offsets: Numbers) -> Numbers:
         """TCP poses `(m, 4, 4)` of the path's joints `(m, n)` with offsets `(m, 6)`."""
-        poses = self._model.tcp(q).copy()
+        poses = self._model.forward(q).copy()
         turned = turn_by(offsets[:, 3:])
         if self._frame is CorrectionFrame.TOOL:
             poses[:, :3, 3] += (poses[:, :3, :3] @ offsets[:, :3, None])[..., 0]

@@ -11,9 +11,9 @@ from robot_agent.trajectory.governor.rate_law import sample_times
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.sources.admission import Admission, Excess
 from robot_agent.trajectory.sources.axes import Axes, Numbers
-from robot_agent.trajectory.sources.flange import NoDirection, why_fast, why_lost
 from robot_agent.trajectory.sources.online import NoCourse, StepTarget, course, sampled_course
 from robot_agent.trajectory.sources.states import JointState, States
+from robot_agent.trajectory.sources.tcp import NoDirection, why_fast, why_lost
 
 JOG_SPEED_M_S = 0.25
 """Largest speed of TCP and flange while an operator jogs: the reduced speed of ISO 10218-1."""

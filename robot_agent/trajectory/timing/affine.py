@@ -12,7 +12,7 @@ Numbers = NDArray[np.float64]
 class Affine:
     """`lower <= a s_ddot + b s_dot^2 + c <= upper`, one limit per row, all fields `(k, rows)` or broadcasting to it.
 
-    Accelerations of joints and of the flange have this form with c = 0; joint torques have it too, c being what gravity
+    Accelerations of joints and of the TCP have this form with c = 0; joint torques have it too, c being what gravity
     takes. Standing still must be inside all limits: `lower < c < upper`.
     """
 

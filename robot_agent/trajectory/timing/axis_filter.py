@@ -11,9 +11,9 @@ from robot_agent.kinematics import Model
 from robot_agent.trajectory.joints.joint_path import Stretch, share_on_path
 from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.timing.flange_use import flange_use
 from robot_agent.trajectory.timing.gaussian_window import gaussian_weights, window_cells
 from robot_agent.trajectory.timing.slowdown import joints_slower_by, slower_by
+from robot_agent.trajectory.timing.tcp_use import tcp_use
 from robot_agent.trajectory.timing.timed import FilterInput, Timed
 
 Numbers = NDArray[np.float64]
@@ -21,10 +21,10 @@ Cells = NDArray[np.intp]
 
 _LONGEST_PIECE_S = 8e-3
 _MOST_EVEN = 4000
-"""Knots, and places at which the flange is looked at, that are evenly apart: those of some 20 s."""
+"""Knots, and places at which the TCP is looked at, that are evenly apart: those of some 20 s."""
 _EXACT = 2e-7
 _SAMPLES = 8
-"""Per window, at which the flange is compared with where it would be without the filter."""
+"""Per window, at which the TCP is compared with where it would be without the filter."""
 _LOOKED_AT = 32
 _ROUNDING = 1e-9
 _SAME = 1.0005
@@ -35,13 +35,13 @@ def filtered(model: Model, stretches: Sequence[Stretch], timed: Timed, limits: L
     """`timed` after the filter of `limits.shaping`: at rest at both ends, longer by the window, and in no phase lag.
 
     The weights are those of a Gaussian, constant in each of the cells of the window. What leaves the filter is a mean
-    of what entered it, so no limit of a joint is exceeded; where the flange would be faster than `stretches` of the
+    of what entered it, so no limit of a joint is exceeded; where the TCP would be faster than `stretches` of the
     path allow, or exceed its limits of acceleration and jerk, all of it is slowed down.
     """
     window_s = limits.shaping.filter_s
     pieces = _smoothed(timed.pieces, window_s)
     raw = FilterInput(timed.pieces, timed.times, timed.parameters, window_s)
-    deviation, faster = _flange(model, stretches, raw, pieces, limits)
+    deviation, faster = _tcp(model, stretches, raw, pieces, limits)
     k = max(1.0, joints_slower_by(pieces, limits), faster, _harder(model, stretches, raw, pieces, limits))
     times = (timed.times + window_s / 2.0) * k
     return replace(timed, pieces=pieces.slower(1.0 / k), times=times, deviation_m=deviation, raw=replace(raw, slower=k))
@@ -60,7 +60,7 @@ def filtered_onward(
     pieces = Pieces.joined([lead, timed.pieces])
     raw = replace(before, pieces=pieces, times=times, parameters=timed.parameters, lead_s=lead.duration_s)
     smooth = _smoothed(pieces, raw.window_s, raw.lead_s)
-    deviation, faster = _flange(model, stretches, raw, smooth, limits)
+    deviation, faster = _tcp(model, stretches, raw, smooth, limits)
     if max(joints_slower_by(smooth, limits), faster) > _SAME * raw.slower:
         return None
     times = (timed.times + raw.window_s / 2.0) * raw.slower
@@ -147,12 +147,12 @@ def _integral(pieces: Pieces, t: Numbers) -> Numbers:
     return np.asarray(starts[index] + value + np.maximum(t - knots[-1], 0.0)[:, None] * way)
 
 
-def _flange(
+def _tcp(
     model: Model, stretches: Sequence[Stretch], raw: FilterInput, after: Pieces, limits: Limits
 ) -> tuple[float, float]:
-    """How far the filter takes the flange off its path [m], and by how much faster than allowed it makes it.
+    """How far the filter takes the TCP off its path [m], and by how much faster than allowed it makes it.
 
-    Allowed is what is anywhere in the window: by the stretches of the path and, before it begins, what the flange did.
+    Allowed is what is anywhere in the window: by the stretches of the path and, before it begins, what the TCP did.
     `after` begins when the value at `raw.lead_s` enters the filter.
     """
     step, half = raw.window_s / _SAMPLES, _SAMPLES // 2
@@ -177,32 +177,32 @@ def _flange(
 
 
 def _harder(model: Model, stretches: Sequence[Stretch], raw: FilterInput, after: Pieces, limits: Limits) -> float:
-    """How much slower all has to be for the flange's limits of acceleration and jerk.
+    """How much slower all has to be for the TCP's limits of acceleration and jerk.
 
-    They hold where all that is in the window is on the flange's path.
+    They hold where all that is in the window is on the TCP's path.
     """
     first, last = after.knots[1:] - raw.window_s, after.knots[:-1]
     on_path = share_on_path(stretches, *(np.interp(each, raw.times, raw.parameters) for each in (first, last)))
-    return slower_by(flange_use(model, after, on_path == 1.0, limits.path))
+    return slower_by(tcp_use(model, after, on_path == 1.0, limits.path))
 
 
 def _allowed(stretches: Sequence[Stretch], at: Numbers, limits: Limits) -> Numbers:
-    """Linear and angular speed `(k, 2)` that the flange may have at parameters `at` `(k,)`."""
-    flange = np.array([limits.path.speed_m_s, limits.path.angular_speed_rad_s])
+    """Linear and angular speed `(k, 2)` that the TCP may have at parameters `at` `(k,)`."""
+    tcp = np.array([limits.path.speed_m_s, limits.path.angular_speed_rad_s])
     caps = np.array([[each.speed_m_s, each.rotation_rad_s] for each in stretches])
     on_path = np.array([each.on_path for each in stretches])
-    caps[on_path] = np.minimum(caps[on_path], flange)
+    caps[on_path] = np.minimum(caps[on_path], tcp)
     return np.asarray(caps[np.searchsorted([each.end for each in stretches[:-1]], at, side="right")])
 
 
 def _speeds(model: Model, pieces: Pieces, t: Numbers) -> Numbers:
-    """Linear and angular speed of the flange `(k, 2)`."""
+    """Linear and angular speed of the TCP `(k, 2)`."""
     twist = (model.jacobian(pieces.position(t)) @ pieces.derivatives(t)[0][..., None])[..., 0]
     return np.stack([np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)], axis=1)
 
 
 def _distance(model: Model, path: Pieces, near: Numbers, places: Numbers) -> float:
-    """Largest distance [m] of `places` `(k, 3)` from the flange's path, each nearest to it near a time `(k,)`."""
+    """Largest distance [m] of `places` `(k, 3)` from the TCP's path, each nearest to it near a time `(k,)`."""
     t = near
     for _ in range(3):
         q, qd = path.position(t), path.derivatives(t)[0]

@@ -44,7 +44,7 @@ class Independent:
         return replace(self, stretch=replace(self.stretch, block=self.stretch.block + blocks), transitions=transitions)
 
     def in_time(self, model: Model, limits: Limits) -> Timed:
-        """Each joint as fast as its limits allow; all of them slower where the flange or the joints have a cap."""
+        """Each joint as fast as its limits allow; all of them slower where the TCP or the joints have a cap."""
         own = [self._profile(limits, joint) for joint in range(len(self.target))]
         starts = np.unique(np.concatenate([each.starts for each in own]))
         pieces = _exact(own, starts) if limits.shaping.profile in _CUBIC else _close(own, starts)
@@ -58,7 +58,7 @@ class Independent:
         return shaped_profile(limits.shaping, float(way), float(speed), (lowest, highest), float(limits.jerk[joint]))
 
     def _excess(self, model: Model, pieces: Pieces, times: Numbers, limits: Limits) -> float:
-        """How much slower the clock must run so that joints, flange and caps are kept, looked at at `times` too."""
+        """How much slower the clock must run so that joints, TCP and caps are kept, looked at at `times` too."""
         t = np.append(pieces.knots, times)
         qd = pieces.derivatives(t)[0]
         twist = (model.jacobian(pieces.position(t)) @ qd[..., None])[..., 0]

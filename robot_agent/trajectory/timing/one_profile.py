@@ -10,17 +10,17 @@ from robot_agent.paths import Passing
 from robot_agent.trajectory.joints.joint_path import JointPath, Numbers, share_on_path
 from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.timing.flange_use import flange_use
 from robot_agent.trajectory.timing.path_limits import PathLimits
 from robot_agent.trajectory.timing.profile import Profile, even_times, shaped_profile
 from robot_agent.trajectory.timing.s_curve import SCurve
 from robot_agent.trajectory.timing.slowdown import joints_slower_by, slower_by
+from robot_agent.trajectory.timing.tcp_use import tcp_use
 from robot_agent.trajectory.timing.timed import Timed
 
 _NO_ZONE_S = 1e-12
 _STRAIGHT = 1e-9
 _EVEN = 1e-6
-"""Relative: a flange that turns this evenly along its way keeps one profile."""
+"""Relative: a TCP that turns this evenly along its way keeps one profile."""
 _PIECE_S = 0.008
 _SHORTEST_PIECE_S = 5e-4
 _CLOSE = 1.0005
@@ -51,7 +51,7 @@ def single(path: JointPath, limits: Limits) -> Timed | None:
     if any(replace(each, end=stretch.end, block=stretch.block) != stretch for each in path.stretches):
         return None
     if stretch.on_path:
-        return _flange_move(path, limits)
+        return _tcp_move(path, limits)
     return None if stretch.capped or not _is_straight(path) else _joint_move(path, limits)
 
 
@@ -84,8 +84,8 @@ def _joint_move(path: JointPath, limits: Limits) -> Timed:
     return Timed(pieces, np.array([0.0, pieces.duration_s]), np.array([0.0, path.length]))
 
 
-def _flange_move(path: JointPath, limits: Limits) -> Timed | None:
-    """One profile in the flange's way, or in its turn on the spot, where the joints keep up with it."""
+def _tcp_move(path: JointPath, limits: Limits) -> Timed | None:
+    """One profile in the TCP's way, or in its turn on the spot, where the joints keep up with it."""
     ends = path.pieces.shape(path.pieces.knots)[:2, :, path.joints :]
     way, turn = ends[0, -1]
     along = 0 if way > 0.0 else 1
@@ -95,7 +95,7 @@ def _flange_move(path: JointPath, limits: Limits) -> Timed | None:
     bend = float(path.curvature[:, 1].max())
     if along == 0 and (np.ptp(rates) * way > _EVEN or np.ptp(path.curvature[:, 1]) > _EVEN * max(1.0, bend)):
         return None
-    chosen = _flange_profile(path, limits, float(way), float(turn) if along else float(rates.mean() * way), bend)
+    chosen = _tcp_profile(path, limits, float(way), float(turn) if along else float(rates.mean() * way), bend)
     if _clock(path, PathLimits(path, limits), chosen, path.joints + along, _GLANCED_AT) > _FAR:
         return None
     timed = _along(path, chosen, path.joints + along)
@@ -105,17 +105,17 @@ def _flange_move(path: JointPath, limits: Limits) -> Timed | None:
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters) if k < _CLOSE else None
 
 
-def _flange_profile(path: JointPath, limits: Limits, way: float, turn: float, bend: float) -> Profile:
-    """In the flange's way [m], or in its turn [rad] where it has no way."""
-    flange, stretch = limits.path, path.stretches[0]
-    linear = [min(flange.speed_m_s, stretch.speed_m_s), flange.acceleration_m_s2, flange.jerk_m_s3]
-    rotation = min(flange.angular_speed_rad_s, stretch.rotation_rad_s)
-    angular = [rotation, flange.angular_acceleration_rad_s2, flange.angular_jerk_rad_s3]
+def _tcp_profile(path: JointPath, limits: Limits, way: float, turn: float, bend: float) -> Profile:
+    """In the TCP's way [m], or in its turn [rad] where it has no way."""
+    tcp, stretch = limits.path, path.stretches[0]
+    linear = [min(tcp.speed_m_s, stretch.speed_m_s), tcp.acceleration_m_s2, tcp.jerk_m_s3]
+    rotation = min(tcp.angular_speed_rad_s, stretch.rotation_rad_s)
+    angular = [rotation, tcp.angular_acceleration_rad_s2, tcp.angular_jerk_rad_s3]
     if way == 0.0:
         return shaped_profile(limits.shaping, turn, *angular)
     bounds = [min(a, b * way / turn) if turn > 1e-12 else a for a, b in zip(linear, angular, strict=True)]
     if bend > 0.0:
-        bounds[0] = min(bounds[0], math.sqrt(flange.acceleration_m_s2 / bend))
+        bounds[0] = min(bounds[0], math.sqrt(tcp.acceleration_m_s2 / bend))
     return shaped_profile(limits.shaping, way, *bounds)
 
 
@@ -140,7 +140,7 @@ def slowed(model: Model, path: JointPath, limits: Limits) -> Timed:
     timed = _along(path, chosen, column)
     slow = timed.pieces.slower(1.0 / k)
     held = share_on_path(path.stretches, timed.parameters[:-1], timed.parameters[1:]) > 0.0
-    k *= max(1.0, joints_slower_by(slow, limits), slower_by(flange_use(model, slow, held, limits.path)))
+    k *= max(1.0, joints_slower_by(slow, limits), slower_by(tcp_use(model, slow, held, limits.path)))
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
 
 

@@ -1,7 +1,7 @@
 """The limits of a joint path in the form that timing needs: affine in acceleration and squared speed.
 
 Along a path with parameter s every joint moves with q' s_dot, q' s_ddot + q'' s_dot^2 and
-q' s_dddot + 3 q'' s_dot s_ddot + q''' s_dot^3; the flange's way and turn are two more coordinates of the same form.
+q' s_dddot + 3 q'' s_dot s_ddot + q''' s_dot^3; the TCP's way and turn are two more coordinates of the same form.
 """
 
 from dataclasses import dataclass
@@ -34,10 +34,10 @@ class PathLimits:
 
     def __init__(self, path: JointPath, limits: Limits) -> None:
         self._path = path
-        flange = limits.path
+        tcp = limits.path
         self._ends = np.array([each.end for each in path.stretches[:-1]])
-        linear = [flange.speed_m_s, flange.acceleration_m_s2, flange.jerk_m_s3]
-        angular = [flange.angular_speed_rad_s, flange.angular_acceleration_rad_s2, flange.angular_jerk_rad_s3]
+        linear = [tcp.speed_m_s, tcp.acceleration_m_s2, tcp.jerk_m_s3]
+        angular = [tcp.angular_speed_rad_s, tcp.angular_acceleration_rad_s2, tcp.angular_jerk_rad_s3]
         tables = []
         lowest, highest = limits.acceleration_bounds
         for order, joints in ((0, limits.velocity), (1, highest), (1, -lowest), (2, limits.jerk)):
@@ -53,13 +53,13 @@ class PathLimits:
         self._scaled, self._per_jerk = Affine(one, one, np.zeros(1), -below, above).scaled(), 1.0 / jerk
         self._turning = np.flatnonzero(limits.turning)
         self._joint = np.array([each.joint_rad_s for each in path.stretches])
-        self._lateral = np.array([flange.acceleration_m_s2 if each.on_path else np.inf for each in path.stretches])
+        self._lateral = np.array([tcp.acceleration_m_s2 if each.on_path else np.inf for each in path.stretches])
 
     def rows(self, at: Numbers, around: Numbers | None = None, wide: Numbers | None = None) -> Rows:
         """The rows at parameters `at` `(k,)`.
 
         With borders `around` `(places + 1, m)` of the parts in which `at` lies, `m` for each place, the third
-        derivative is its mean in these: what jerk a motion has that is looked at no closer. Where that of the flange
+        derivative is its mean in these: what jerk a motion has that is looked at no closer. Where that of the TCP
         steps it is the larger one of both sides. With `wide` `(2, k)` the
         bound on the speed is the least of all stretches between.
         """
@@ -82,8 +82,8 @@ class PathLimits:
         bends, joints = self._path.pieces.bends(around), self._path.joints
         mean = _rise(np.diff(bends, axis=0), np.diff(around, axis=0), third.reshape(bends[1:].shape))
         here, s = second.reshape(mean.shape)[..., joints:], at.reshape(mean.shape[:2])
-        flange, own = bends[..., joints:], mean[..., joints:]
-        before, after = _rise(here - flange[:-1], s - around[:-1], own), _rise(flange[1:] - here, around[1:] - s, own)
+        tcp, own = bends[..., joints:], mean[..., joints:]
+        before, after = _rise(here - tcp[:-1], s - around[:-1], own), _rise(tcp[1:] - here, around[1:] - s, own)
         mean[..., joints:] = np.where(np.abs(before) > np.abs(after), before, after)
         return mean.reshape(third.shape)
 

@@ -44,6 +44,6 @@ class Timed:
     times: Numbers
     parameters: Numbers
     deviation_m: float = 0.0
-    """How far a filter takes the flange off the path."""
+    """How far a filter takes the TCP off the path."""
     raw: FilterInput | None = None
     """What the filter was given; None without one."""

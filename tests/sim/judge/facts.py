@@ -419,7 +419,7 @@ class Facts:
     def tcp(self, robot: str, axes: Floats) -> Floats:
         """TCPs `(m, 3)` [m] in world, for axes `(m, n)`."""
         planner, model = self.world.planners[robot], self.world.models[robot]
-        return np.asarray((planner.pose_world_base @ model.tcp(model.coupling.joints(axes)))[..., :3, 3])
+        return np.asarray((planner.pose_world_base @ model.forward(model.coupling.joints(axes)))[..., :3, 3])
 
     def touching(self, robot: str, axes: Floats) -> dict[str, NDArray[np.bool_]]:
         """By zone: whether the robot is inside with axes `(m, n)`, `(m,)`."""

@@ -6,19 +6,20 @@ from pathlib import Path
 import pytest
 
 from robot_agent.language import STATEMENTS, Names, parse_program
+from robot_agent.language.words import Word
 from tests.unit.repository import ROOT
 
 TABLE = re.findall(r"^\| (`.*`) \|", (ROOT / "docs" / "language.md").read_text(), re.M)
 EXAMPLES = [example for cell in TABLE for example in re.findall("`(.*?)`", cell)]
 
 
-def begins(example: str) -> str:
-    """The word by which the register knows a statement: a letter that names something stands for itself."""
-    return re.sub(r"^([A-Z])(\d+|=.*)$", r"\1", example.split()[0])
+def begun(example: str) -> str:
+    """As what the statement is registered."""
+    return Word(example.split()[0], 1).statement
 
 
 def test_every_statement_has_an_example() -> None:
-    assert {begins(example) for example in EXAMPLES} == set(STATEMENTS)
+    assert {begun(example) for example in EXAMPLES} == set(STATEMENTS)
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
@@ -28,7 +29,7 @@ def test_every_example_is_understood(example: str, tmp_path: Path) -> None:
     behind = "" if example in ("END", "GOTO name") else "WAIT 1\nEND\n"
     text = f"{example}\n{behind}{there}"
     parsed = parse_program(text, "p", Names(("J1", "J2")), tmp_path)
-    assert isinstance(parsed.statements[0], STATEMENTS[begins(example)])
+    assert isinstance(parsed.statements[0], STATEMENTS[begun(example)])
 
 
 EXAMPLE_PROGRAMS = re.findall(r"^```\n(.*?)^```$", (ROOT / "docs" / "language.md").read_text(), re.M | re.S)

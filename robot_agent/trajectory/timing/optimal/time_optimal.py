@@ -8,7 +8,6 @@ from robot_agent.kinematics import Model
 from robot_agent.trajectory.joints.joint_path import JointPath, share_on_path
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.timing.affine import Numbers
-from robot_agent.trajectory.timing.flange_use import close, flange_use
 from robot_agent.trajectory.timing.optimal.b_spline import softly
 from robot_agent.trajectory.timing.optimal.division import divided
 from robot_agent.trajectory.timing.optimal.initial_law import InitialLaw
@@ -18,6 +17,7 @@ from robot_agent.trajectory.timing.optimal.retiming import Limited
 from robot_agent.trajectory.timing.optimal.timing_law import Fitted, TimingLaw
 from robot_agent.trajectory.timing.path_limits import PathLimits, Rows
 from robot_agent.trajectory.timing.slowdown import slower_by
+from robot_agent.trajectory.timing.tcp_use import close, tcp_use
 from robot_agent.trajectory.timing.timed import Timed
 
 _GRID_STEP = 0.005
@@ -268,7 +268,7 @@ def _laws(initials: list[InitialLaw], rate: Numbers) -> list[TimingLaw]:
 
 
 def limit_use(model: Model, path: JointPath, fitted: Fitted, limits: Limits, initial: InitialLaw) -> Numbers:
-    """The most that joints and flange use of their limits of speed, acceleration and jerk in each interval `(3, k)`."""
+    """The most that joints and TCP use of their limits of speed, acceleration and jerk in each interval `(3, k)`."""
     pieces = fitted.timed.pieces
     c1, c2, c3 = np.ascontiguousarray(pieces.coefficients[:, 1:4].transpose(1, 0, 2))  # cubics
     h = np.diff(pieces.knots)[:, None]
@@ -282,8 +282,8 @@ def limit_use(model: Model, path: JointPath, fitted: Fitted, limits: Limits, ini
     ]
     most = np.zeros((3, initial.intervals))
     held = share_on_path(path.stretches, fitted.timed.parameters[:-1], fitted.timed.parameters[1:]) > 0.0
-    of_flange = flange_use(model, pieces, close(model, pieces, held, limits.path), limits.path)
-    for each, of_joints, own in zip(most, used, of_flange, strict=True):
+    of_tcp = tcp_use(model, pieces, close(model, pieces, held, limits.path), limits.path)
+    for each, of_joints, own in zip(most, used, of_tcp, strict=True):
         np.maximum.at(each, fitted.interval, np.maximum(of_joints.max(axis=1), own))
     return most
 

@@ -1,4 +1,4 @@
-"""Parts in the robot file: what they mean, their mistakes, and programs that take them."""
+"""Tools and parts in the robot file: what they mean, their mistakes, and programs that change them."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 from cell.commands.checks import check_cell
 from cell.commands.checks.motions import check_motions
 from robot_agent.kinematics import load_model, model_of
-from robot_agent.model import RobotDescription, load_description
+from robot_agent.model import Mounted, RobotDescription, load_description
 from robot_agent.workspace import part_of
 from tests.unit.config_world import CELL, ROBOT, Copy
 
@@ -32,7 +32,7 @@ def found(copy: Copy, program: str) -> list[str]:
 
 
 def holding(description: RobotDescription, *parts: str) -> RobotDescription:
-    return replace(description, held=parts)
+    return replace(description, mounted=replace(description.mounted, parts=parts))
 
 
 def test_a_part_is_held_at_the_tcp(tmp_path: Path) -> None:
@@ -42,8 +42,8 @@ def test_a_part_is_held_at_the_tcp(tmp_path: Path) -> None:
     q = model.home + 0.1
     np.testing.assert_array_equal(model.capsules(q)[:-1], bare.capsules(q))
     start, end = model.capsules(q)[-1]
-    np.testing.assert_allclose(start, model.tcp(q)[:3, 3], atol=1e-12)
-    np.testing.assert_allclose(end, (model.tcp(q) @ [0.0, -0.3, 0.0, 1.0])[:3], atol=1e-12)
+    np.testing.assert_allclose(start, model.forward(q)[:3, 3], atol=1e-12)
+    np.testing.assert_allclose(end, (model.forward(q) @ [0.0, -0.3, 0.0, 1.0])[:3], atol=1e-12)
     assert model.capsule_radii[-1] == 0.06
     assert (part_of(model, len(bare.body) - 1), part_of(model, len(bare.body))) == ("tool", "part casting")
 
@@ -104,7 +104,7 @@ def test_a_robot_without_parts_names_where_they_would_be(tmp_path: Path) -> None
 def test_programs_are_checked_with_what_is_held_then(tmp_path: Path) -> None:
     copy = with_parts(tmp_path, CASTING)
     model = load_model(copy.robot)
-    end = model.tcp(model.home + np.radians([20.0, 0, 0, 0, 0, 0])) @ [0.0, -0.3, 0.0, 1.0]
+    end = model.forward(model.home + np.radians([20.0, 0, 0, 0, 0, 0])) @ [0.0, -0.3, 0.0, 1.0]
     x, y, z = 1000.0 * end[:3] + [-1800.0, 0.0, 0.0]  # the base of `left`
     pose = f"{{X: {x:.1f}, Y: {y:.1f}, Z: {z:.1f}, A: 0, B: 0, C: 0}}"
     copy.add(CELL, f"things: {{post: {{sphere: 20, pose: {pose}}}}}")
@@ -125,3 +125,51 @@ def test_a_rest_for_a_part_is_one_that_the_program_asks_for(tmp_path: Path) -> N
     assert bundle is not None, problems
     (left, _) = check_motions(bundle)[0]
     assert left.rests == (1, 4)  # and not 2
+
+
+LANCE = (
+    "lance: {tcp: {X: 300, Y: 0, Z: 0, A: 0, B: 0, C: 0}, capsules: [{start: [0, 0, 0], end: [300, 0, 0], radius: 40}]}"
+)
+
+
+def with_tools(folder: Path, mounted: str = "tool: grip\n") -> Copy:
+    """The example with two tools for its robots."""
+    return Copy(folder).add(ROBOT, f"tools: {{grip: {{{GRIP}}}, {LANCE}}}\n{mounted}")
+
+
+@pytest.mark.parametrize(
+    ("program", "problem"),
+    [
+        (
+            "HOME\nT=torch",
+            "left.prog:2:1: program: found unknown tool `torch`, allowed T0 for none, or a name of tools",
+        ),
+        ("HOME\nT5", "left.prog:2:1: program: found unknown tool `T5`"),
+        ("HOME\nT=lance\nML X=9000 F=100", "left.prog:3:1"),
+    ],
+)
+def test_what_a_program_cannot_mount_is_found_before_a_robot_moves(tmp_path: Path, program: str, problem: str) -> None:
+    told = found(with_tools(tmp_path), program)
+    assert any(problem in each for each in told), told
+
+
+@pytest.mark.parametrize("name", ["none", "T0", "two words"])
+def test_a_tool_whose_name_means_no_tool_is_refused(tmp_path: Path, name: str) -> None:
+    copy = Copy(tmp_path).add(ROBOT, f"tools: {{{LANCE.replace('lance', name)}}}\n")
+    bundle, problems = check_cell(copy.cell)
+    assert bundle is None
+    assert any(name in str(each) for each in problems), problems
+
+
+def test_moves_are_checked_with_the_tool_that_is_mounted_then(tmp_path: Path) -> None:
+    copy = with_tools(tmp_path)
+    description = load_description(copy.robot)
+    model = model_of(replace(description, mounted=Mounted(("lance",))))
+    x, y, z = (1000.0 * model.forward(model.home)[:3, 3]).tolist()
+    lines = f"HOME\nT=lance\nML X={x:.3f} Y={y:.3f} Z={z:.3f} F=100\n"
+    (copy.folder / "two_arms" / "programs" / "left.prog").write_text(f"{lines}ML Z={z - 50.0:.3f}\nT0\nHOME\n")
+    bundle, problems = check_cell(copy.cell)
+    assert bundle is not None, problems
+    (left, _), told = check_motions(bundle)
+    assert left.moves == 4
+    assert not [each for each in told if "left.prog" in str(each)]

@@ -106,7 +106,7 @@ def test_in_front_of_a_zone_of_the_tcp_it_stops_with_its_tcp_and_its_body_may_be
     box, last = ZONE.solid(), world.presences[-1].body
     assert body_touches(last, box)
     assert not any(body_touches(presence.body, box, SpaceOf.TCP) for presence in world.presences)
-    tcp = world.planner.pose_world_base @ world.planner.model.tcp(world.commanded)
+    tcp = world.planner.pose_world_base @ world.planner.model.forward(world.commanded)
     assert 0.0 < box.capsule_distance(np.stack([tcp[:3, 3]] * 2), np.zeros(())) < 0.06
     world.grant()
     until(world, lambda: any(body_touches(presence.body, box, SpaceOf.TCP) for presence in world.presences))

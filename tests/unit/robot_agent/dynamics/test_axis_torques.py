@@ -16,6 +16,7 @@ from cell.geometry import from_xyz_abc
 from robot_agent.dynamics import GRAVITY_M_S2, AxisTorques, axis_torques
 from robot_agent.kinematics import BadInput, Model, SixAxis, load_model, model_of
 from robot_agent.model import LinkMass, Motor, Part, RobotDescription, Tool, UrdfSource, load_description
+from robot_agent.model.description import Mounted
 from tests.unit.config_world import CONFIGS, ROBOT, Copy
 from tests.unit.repository import vectors
 from tests.unit.robot_families import described, random_joints, robot
@@ -179,7 +180,7 @@ def _heavy(family: str, seed: int) -> Model:
         motors=motors,
         coupling=coupling,
         tools={"tool": tool},
-        mounted="tool",
+        mounted=Mounted(("tool",)),
     )
 
 
@@ -285,9 +286,9 @@ def test_a_part_counts_where_the_gripper_holds_it(tmp_path: Path) -> None:
         "casting": Part("casting", 6.0, (0.1, 0.2, -0.05), inertia, ()),
         "other": Part("other", 60.0, (0.0, 0.0, 0.0), NO_INERTIA, ()),
     }
-    held = {"tools": {"tool": tool}, "mounted": "tool", "parts": parts, "held": ("casting",)}
-    torques = axis_torques(_of_urdf(file, 3, **held), np.eye(4))
-    unknown = axis_torques(_of_urdf(file, 3, **held | {"held": ("casting", "other")}), np.eye(4))
+    has = {"tools": {"tool": tool}, "parts": parts}
+    torques = axis_torques(_of_urdf(file, 3, **has, mounted=Mounted(("tool",), ("casting",))), np.eye(4))
+    unknown = axis_torques(_of_urdf(file, 3, **has, mounted=Mounted(("tool",), ("casting", "other"))), np.eye(4))
     bare = axis_torques(_of_urdf(file, 3), np.eye(4))
     assert torques is not None
     assert unknown is not None

@@ -5,9 +5,9 @@ import pytest
 
 from cell.geometry import NotAPose, from_xyz_abc, to_xyz_abc
 from robot_agent.kinematics import BadInput, model_of
-from robot_agent.kinematics.mounting import Fixed, LinearTrack, Turntable, flange_in_base, tcp_in_world
+from robot_agent.kinematics.mounting import Fixed, LinearTrack, Turntable, tcp_in_base, tcp_in_world
 from robot_agent.model import Tool
-from robot_agent.model.description import Capsule
+from robot_agent.model.description import Capsule, Mounted
 from tests.unit.six_axis_arm import CAPSULES, VECTORS, arm, description
 
 RNG = np.random.default_rng(8)
@@ -26,7 +26,7 @@ TOOL = Tool(
     inertia_kg_m2=np.eye(3) * 0.02,
     capsules=(Capsule((0.0, 0.0, 0.0), (0.2, 0.0, 0.1), 0.04),),
 )
-WITH_TOOL = model_of(replace(description(), tools={"torch": TOOL}, mounted="torch"))
+WITH_TOOL = model_of(replace(description(), tools={"torch": TOOL}, mounted=Mounted(("torch",))))
 CEILING = Fixed(pose_of(CASE["base_mm_deg"]))
 Q = np.radians(CASE["joints_deg"])
 
@@ -35,31 +35,31 @@ def test_zero_frame_and_tool_reproduce_the_textbooks_ceiling_mount() -> None:
     tcp = tcp_in_world(WITH_TOOL, CEILING, Q, np.array(0.0))
     x, y, z, *abc = to_xyz_abc(tcp)
     np.testing.assert_allclose([1000 * x, 1000 * y, 1000 * z, *np.degrees(abc)], CASE["tcp_mm_deg"], atol=1e-5)
-    flange = flange_in_base(WITH_TOOL, CEILING, tcp, np.array(0.0))
-    np.testing.assert_allclose(WITH_TOOL.solve(flange, near=Q), Q, atol=1e-9)
+    here = tcp_in_base(CEILING, tcp, np.array(0.0))
+    np.testing.assert_allclose(WITH_TOOL.solve(here, near=Q), Q, atol=1e-9)
 
 
 def test_the_tcp_is_the_flange_without_a_tool() -> None:
-    np.testing.assert_array_equal(arm().tcp(Q), arm().forward(Q))
+    np.testing.assert_array_equal(arm().forward(Q), arm().links(Q)[-1])
     np.testing.assert_array_equal(arm().flange_at(arm().forward(Q)), arm().forward(Q))
 
 
 def test_the_flange_for_a_tcp_brings_the_tcp_there() -> None:
     q = RNG.uniform(-1, 1, (20, 6))
-    np.testing.assert_allclose(WITH_TOOL.flange_at(WITH_TOOL.tcp(q)), WITH_TOOL.forward(q), atol=1e-12)
+    np.testing.assert_allclose(WITH_TOOL.flange_at(WITH_TOOL.forward(q)), WITH_TOOL.links(q)[:, -1], atol=1e-12)
 
 
 def test_the_body_of_the_tool_moves_with_the_flange() -> None:
     points = WITH_TOOL.capsules(Q)
     assert points.shape == (len(CAPSULES) + 1, 2, 3)
     assert WITH_TOOL.capsule_radii[-1] == 0.04
-    end = WITH_TOOL.forward(Q) @ [0.2, 0.0, 0.1, 1.0]
+    end = WITH_TOOL.links(Q)[-1] @ [0.2, 0.0, 0.1, 1.0]
     np.testing.assert_allclose(points[-1, 1], end[:3], atol=1e-12)
 
 
 def test_the_reach_covers_the_tool_too() -> None:
     long = replace(TOOL, capsules=(Capsule((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), 0.04),))
-    model = model_of(replace(description(), tools={"torch": long}, mounted="torch"))
+    model = model_of(replace(description(), tools={"torch": long}, mounted=Mounted(("torch",))))
     q = RNG.uniform(-3, 3, (3000, 6))
     assert (np.linalg.norm(model.capsules(q), axis=-1).max(axis=-1) + model.capsule_radii).max() <= model.reach_m
     assert model.reach_m > arm().reach_m
@@ -84,14 +84,13 @@ def test_a_carried_robot_reaches_a_world_pose_from_several_places() -> None:
     track = LinearTrack(np.eye(4), np.eye(4))
     target = tcp_in_world(WITH_TOOL, track, Q, np.array(0.3))
     external = np.array([0.2, 0.3, 0.4])
-    flanges = flange_in_base(WITH_TOOL, track, target, external)
-    for at, flange in zip(external, flanges, strict=True):
-        q = WITH_TOOL.solve(flange, near=Q)
+    for at, here in zip(external, tcp_in_base(track, target, external), strict=True):
+        q = WITH_TOOL.solve(here, near=Q)
         np.testing.assert_allclose(tcp_in_world(WITH_TOOL, track, q, at), target, atol=1e-9)
 
 
 def test_what_is_no_pose_and_no_position_is_refused() -> None:
     with pytest.raises(NotAPose, match="TCP poses"):
-        flange_in_base(WITH_TOOL, CEILING, np.zeros((4, 4)), np.array(0.0))
+        tcp_in_base(CEILING, np.zeros((4, 4)), np.array(0.0))
     with pytest.raises(BadInput, match="external axis"):
         Turntable(np.eye(4), np.eye(4)).base_of(np.array(np.nan))

@@ -8,7 +8,7 @@ import pytest
 
 from robot_agent.kinematics import Model, OpenMechanism, load_model, model_of
 from robot_agent.kinematics.reach import farthest, placed, points, slid, together, turned
-from robot_agent.model.description import Capsule
+from robot_agent.model.description import Capsule, Mounted
 from tests.unit.config_world import CONFIGS
 from tests.unit.six_axis_arm import arm, with_tip
 
@@ -66,7 +66,7 @@ def test_a_delta_that_hangs_outside_its_limits_stays_within_its_reach() -> None:
 def test_a_long_tool_counts() -> None:
     model = load_model(CONFIGS / "models/palletizer.yaml")
     long = replace(model.description.tools["cups"], capsules=(Capsule((0, 0, 0), (1.5, 0, -0.2), 0.1),))
-    carrying = model_of(replace(model.description, tools={"long": long}, mounted="long"))
+    carrying = model_of(replace(model.description, tools={"long": long}, mounted=Mounted(("long",))))
     found = climbed(carrying)
     assert 0.99 * carrying.reach_m < found <= carrying.reach_m
     assert carrying.reach_m > model.reach_m + 1
@@ -95,5 +95,5 @@ def test_places_that_are_taken_independently_add_up() -> None:
 def test_a_tcp_far_from_the_tools_capsules_counts() -> None:
     model = with_tip()
     q = np.random.default_rng(6).uniform(-np.pi, np.pi, (20_000, model.n))
-    far = np.linalg.norm(model.tcp(q)[:, :3, 3], axis=-1).max()
+    far = np.linalg.norm(model.forward(q)[:, :3, 3], axis=-1).max()
     assert arm().reach_m < far <= model.reach_m

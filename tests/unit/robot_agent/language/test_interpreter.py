@@ -8,12 +8,12 @@ import pytest
 from robot_agent.language import (
     Finished,
     Goto,
-    HoldParts,
     Interpreter,
     JointStep,
     Label,
     LineStep,
     Meet,
+    Mount,
     Names,
     Pause,
     Program,
@@ -24,6 +24,7 @@ from robot_agent.language import (
     TrackingOn,
     parse_program,
 )
+from robot_agent.model import Mounted
 
 
 def steps_of(text: str, count: int) -> list[Step]:
@@ -120,16 +121,21 @@ def test_a_meeting_is_a_step_of_its_own_and_not_while_a_correction_is_followed()
 
 def held(text: str, before: tuple[str, ...] | None) -> list[tuple[str, ...] | str]:
     """What each move is done with, and the fault that ends the program."""
-    interpreter, found = Interpreter(parse_program(text, "p", Names(("J1",))), before), list[tuple[str, ...] | str]()
+    found = mounted(text, None if before is None else Mounted(parts=before))
+    return [each.parts if isinstance(each, Mounted) else each for each in found]
+
+
+def mounted(text: str, before: Mounted | None) -> list[Mounted | str]:
+    interpreter, found = Interpreter(parse_program(text, "p", Names(("J1",))), before), list[Mounted | str]()
     while not isinstance(step := interpreter.next(), Finished | ProgramFault):
-        found += [step.held] if isinstance(step, JointStep) else []
+        found += [step.mounted] if isinstance(step, JointStep) else []
     return [*found, step.text] if isinstance(step, ProgramFault) else found
 
 
 def test_moves_are_done_with_what_was_attached_before_them() -> None:
     text = "MJ J1=1\nATTACH a\nMJ J1=2\nMJ J1=3\nDETACH\nMJ J1=4"
     assert held(text, ()) == held(text, None) == [(), ("a",), ("a",), ()]
-    assert steps_of(text, 2)[1] == HoldParts(2, ("a",))
+    assert steps_of(text, 2)[1] == Mount(2, Mounted(parts=("a",)))
     assert held("MJ J1=1\nDETACH\nMJ J1=2\nATTACH b\nMJ J1=3", ("a", "b")) == [("a", "b"), (), ("b",)]
 
 
@@ -144,6 +150,26 @@ def test_nothing_is_attached_or_detached_while_a_correction_is_followed() -> Non
     for word in ("ATTACH a", "DETACH"):
         (fault,) = held(f"TRACK belt\n{word}", None)
         assert "while the robot follows a correction: TRACK OFF comes first" in fault
+
+
+def test_moves_are_done_with_the_tool_that_was_mounted_before_them() -> None:
+    text = "MJ J1=1\nT=a\nMJ J1=2\nATTACH p\nMJ J1=3\nDETACH\nT0\nMJ J1=4\nt = b\nMJ J1=5\nt=None\nMJ J1=6"
+    carried = [("g", ""), ("a", ""), ("a", "p"), ("", ""), ("b", ""), ("", "")]
+    expected = [Mounted(*(((name,) if name else ()) for name in each)) for each in carried]
+    assert mounted(text, Mounted(("g",))) == expected
+    assert steps_of("T7", 1) == [Mount(1, Mounted(("T7",)))]
+
+
+def test_the_tool_that_is_mounted_already_asks_for_no_rest() -> None:
+    assert steps_of("T=a\nT=a\nWAIT 1", 2) == [Mount(1, Mounted(("a",))), Pause(3, 1.0)]
+    assert mounted("TRACK belt\nT=a\nMJ J1=1", Mounted(("a",))) == [Mounted(("a",))]
+
+
+def test_a_tool_is_not_changed_while_a_part_is_held_nor_while_a_correction_is_followed() -> None:
+    (fault,) = mounted("T=b", Mounted(("a",), ("p", "q")))
+    assert fault == "T=b while the robot holds p or q: DETACH comes first"
+    (fault,) = mounted("TRACK belt\nT0", Mounted(("a",)))
+    assert fault == "T=NONE while the robot follows a correction: TRACK OFF comes first"
 
 
 def test_a_subroutine_runs_as_often_as_it_says_and_counts_its_loops_anew_each_time() -> None:

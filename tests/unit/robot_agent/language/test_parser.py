@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from robot_agent.language import (
     STATEMENTS,
+    ChangeTool,
     Goto,
     Home,
     MeetOthers,
@@ -252,3 +253,25 @@ def test_short_forms_mean_the_long_ones(short: str, long: str) -> None:
 def test_a_hundred_thousand_lines_are_read_in_the_time_that_their_number_takes() -> None:
     program = parse_program("ML X=1 F100\n" + "ML Y=2\n" * 99_998 + "END", "p", Names(JOINTS))
     assert len(program.statements) == 100_000
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("MJ J1=1\n T=grip", "2:2: found unknown tool `grip`, allowed T0 for none, or a name of tools: T2, gripper"),
+        ("T3", "1:1: found unknown tool `T3`, allowed T0 for none, or a name of tools: T2, gripper"),
+        ("T=gripper F=5", "1:11: found `F=5` after T=gripper, allowed nothing: T is a line of its own"),
+        ("ML=5", "1:1: found `ML=5`"),
+        ("MT0", "1:1: found `MT0`"),
+    ],
+)
+def test_a_tool_has_a_name_of_the_robot_file_and_a_line_of_its_own(text: str, problem: str) -> None:
+    with pytest.raises(ProgramError) as error:
+        parse_program(text, "p", Names(("J1",), tools=("gripper", "T2")))
+    assert problem in str(error.value)
+
+
+def test_tools_are_named_in_three_ways() -> None:
+    program = parse_program("T=gripper\nT2\nt2\nT0\nT=none", "p", Names(("J1",), tools=("gripper", "T2")))
+    tools = [each.tool for each in program.statements if isinstance(each, ChangeTool)]
+    assert tools == ["gripper", "T2", "T2", None, None]

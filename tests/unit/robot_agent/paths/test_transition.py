@@ -42,7 +42,7 @@ CASES: dict[str, tuple[list[Block], Continuity, Passing, str]] = {
     "turning back": (
         [line(200, round_m=0.05), line(200 - 94, 34.2)], C0, STOPS, "the path turns by 160.0 deg; too sharp"
     ),
-    "on the spot": ([line(200), line(200, turn_deg=20)], C0, STOPS, "the flange turns on the spot there"),
+    "on the spot": ([line(200), line(200, turn_deg=20)], C0, STOPS, "the TCP turns on the spot there"),
     "equal sections": ([spline((100, 100)), spline((200, 0))], C2, THROUGH, ""),
     "unequal sections": ([spline((100, 100)), spline((300, 0))], C1, BLENDED, "the curvature steps by that"),
     "joints": (

@@ -85,7 +85,7 @@ def test_a_joint_move_in_mm_per_second_takes_its_way_at_that_speed() -> None:
     worked = VECTORS["joint_move_in_mm_s"]
     start, target = (np.radians([worked[end], 0, 0, 0, 0, 0]) for end in ("from", "to"))
     motion = planned(JointMove(target, 1.0, 1, speed_m_s=worked["speed"] / 1000.0), start=start)
-    assert motion.flange_speed(np.array(motion.duration_s / 2.0)) == pytest.approx(worked["speed"] / 1000.0, rel=1e-2)
+    assert motion.tcp_speed(np.array(motion.duration_s / 2.0)) == pytest.approx(worked["speed"] / 1000.0, rel=1e-2)
     assert worked["time"] < motion.duration_s < 1.01 * worked["time"]
 
 
@@ -224,4 +224,4 @@ def test_of_a_line_that_turns_the_slower_cap_rules() -> None:
     target[:3, :3] = pose(0, 0, 0, 0, 0, 90.0)[:3, :3] @ start[:3, :3]
     target[:3, 3] += 0.0, 0.3, 0.0
     motion = planned(Line(target, 0.1, 1, rotation_rad_s=np.radians(20.0)), start=WORK)
-    assert motion.flange_speed(np.array(motion.duration_s / 2.0)) == pytest.approx(0.3 / 4.5, rel=5e-3)
+    assert motion.tcp_speed(np.array(motion.duration_s / 2.0)) == pytest.approx(0.3 / 4.5, rel=5e-3)

@@ -87,7 +87,7 @@ def test_line_stays_on_its_geometry_inside_all_limits(
         ways = np.hstack([poses[:, :3, 3] - poses[0, :3, 3], turns])
         along = ways @ line.twist / (line.twist @ line.twist)
         np.testing.assert_allclose(poses, line.poses(along), atol=1e-6)
-        assert motion.flange_speed(motion.grid).max() <= (speed or LIMITS.path.speed_m_s) * 1.001
+        assert motion.tcp_speed(motion.grid).max() <= (speed or LIMITS.path.speed_m_s) * 1.001
     np.testing.assert_allclose(motion.pose(np.array(motion.duration_s)), target, atol=1e-9)
 
 
@@ -168,7 +168,7 @@ class TestWristSingularity:
         start, line = self.line(z)
         motion = plan(arm(position_deg=720.0), Sequence([line]), free, start=start)
         inside = np.linspace(0.3, motion.duration_s - 0.3, 4001)
-        assert motion.flange_speed(inside).min() == pytest.approx(slowest, rel=5e-3)
+        assert motion.tcp_speed(inside).min() == pytest.approx(slowest, rel=5e-3)
         assert motion.duration_s == pytest.approx(duration, rel=1e-2)
 
     def test_a_hair_beside_it_the_motion_slows_down_and_never_stalls(self) -> None:

@@ -14,8 +14,8 @@ from robot_agent.trajectory.timing.dispatch import in_time
 from robot_agent.trajectory.timing.optimal.reachability import fastest_speeds, times
 from robot_agent.trajectory.timing.path_limits import PathLimits
 from tests.unit.commanded_geometry import blended_m, curves, deviations_m, outside_of_corners
-from tests.unit.flange_shares import flange_shares
 from tests.unit.random_moves import LIMITS, MODEL, START, decorated, sequence
+from tests.unit.tcp_shares import tcp_shares
 
 DT = 0.004
 ALLOWED = np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
@@ -119,7 +119,7 @@ def assert_flange_inside_its_speeds(moves: Sequence, motion: Motion, taus: list[
 
 
 def assert_flange_inside_its_acceleration_and_jerk(moves: Sequence, motion: Motion) -> None:
-    used = flange_shares(motion, LIMITS.path, [not isinstance(each, JointMove) for each in moves.blocks], every_s=0.003)
+    used = tcp_shares(motion, LIMITS.path, [not isinstance(each, JointMove) for each in moves.blocks], every_s=0.003)
     assert (used <= EXCESS).all(), f"along, across, jerk: {np.sort(used, axis=0)[-3:]} of the flange's limits"
 
 

@@ -48,7 +48,7 @@ def test_fast_and_slow_moves_in_one_chain_keep_all_limits() -> None:
     places = np.linspace(0.0, 1.0, 5)
     t = (motion.pieces.knots[:-1, None] + np.diff(motion.pieces.knots)[:, None] * places).ravel()
     allowed = np.array([FAST_M_S, 0.02, 0.1, 0.005] * 4)[motion.block_at(t)]
-    assert (motion.flange_speed(t) < 1.01 * allowed).all()
+    assert (motion.tcp_speed(t) < 1.01 * allowed).all()
 
 
 def test_duration_of_a_slow_chain_is_that_of_its_way_at_its_speed() -> None:

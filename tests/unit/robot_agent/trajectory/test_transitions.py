@@ -212,7 +212,7 @@ def test_caps_hold_in_corners_that_the_joints_round(kinds: str, caps_m_s: tuple[
     motion = planned(*blocks)
     assert stops(motion) == 0
     taus = np.arange(0.0, motion.duration_s, 1e-3)
-    number, speeds = motion.block_at(taus), motion.flange_speed(taus)
+    number, speeds = motion.block_at(taus), motion.tcp_speed(taus)
     for block, cap in enumerate(caps_m_s):
         fastest = speeds[number == block].max()
         assert fastest <= 1.001 * cap
@@ -260,10 +260,10 @@ def test_a_small_round_edge_takes_hardly_longer_than_a_stop(round_mm: float, tim
 
 def test_speed_of_a_joint_move_can_be_capped_in_metres() -> None:
     motion = planned(JointMove(START + np.array([0.6, 0, 0, 0, 0, 0]), 1.0, 1, speed_m_s=0.2))
-    assert motion.flange_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
+    assert motion.tcp_speed(motion.grid).max() == pytest.approx(0.2, rel=5e-3)
 
 
 def test_lateral_acceleration_limits_the_speed_on_a_circle() -> None:
     motion = planned(Arc(at(y_mm=20, z_mm=20), at(y_mm=40), 1, angle_rad=4 * np.pi))
     most = np.sqrt(LIMITS.path.acceleration_m_s2 * 0.02)
-    assert motion.flange_speed(motion.grid).max() <= most * 1.001
+    assert motion.tcp_speed(motion.grid).max() <= most * 1.001

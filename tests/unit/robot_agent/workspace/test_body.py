@@ -111,7 +111,7 @@ def test_the_balls_of_a_message_cover_the_tcp_between_the_samples_too(seed: int,
     body = sweep(model, BASE, joint_path(seed, taus))
     message = body_message(model, BASE, [(body, first, first + length)], widen_m=0.001)
     fine = np.linspace(taus[first], taus[first + length], 200)
-    tcp = (BASE @ model.tcp(joint_path(seed, fine)))[:, :3, 3]
+    tcp = (BASE @ model.forward(joint_path(seed, fine)))[:, :3, 3]
     away = np.linalg.norm(tcp[:, None] - message.tcp_m.astype(float), axis=-1)
     assert (away <= message.growth_m).any(axis=1).all()
     assert message.tcp_m.shape == (len(message.poses), 3)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cell.geometry import transform_points
 from robot_agent.kinematics import Model, OpenMechanism, load_model, model_of
 from robot_agent.model import Part
-from robot_agent.model.description import Capsule
+from robot_agent.model.description import Capsule, Mounted
 from robot_agent.trajectory import Limits
 from robot_agent.workspace import BODY_GROWTH_M, BRAKING_RESERVE, Braking, joined, standing_body, unknown_body
 from tests.unit.body_cover import covers
@@ -101,7 +101,7 @@ def test_two_bodies_are_one_and_not_known_when_one_of_them_is_not() -> None:
 def test_bodies_with_and_without_a_part_are_together_all_that_the_robot_may_reach() -> None:
     arm = MODELS["six_axis"]
     rod = Part("rod", 1.0, (0.0, 0.0, 0.0), np.zeros((3, 3)), (Capsule((0, 0, 0), (0.5, 0, 0), 0.05),))
-    holding = model_of(replace(arm.description, parts={"rod": rod}, held=("rod",)))
+    holding = model_of(replace(arm.description, parts={"rod": rod}, mounted=Mounted(parts=("rod",))))
     bare, larger = (standing_body(model, BASE, arm.home, known=True) for model in (arm, holding))
     for both in (joined(bare, larger), joined(larger, bare)):
         assert same(both, unknown_body(holding, BASE))

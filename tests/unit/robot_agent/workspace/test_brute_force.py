@@ -38,7 +38,7 @@ from robot_agent.kinematics import Model, OpenMechanism, load_model, model_of
 from robot_agent.language import JointStep, LineStep
 from robot_agent.language.moves import MotionStep
 from robot_agent.model import Tool
-from robot_agent.model.description import Capsule
+from robot_agent.model.description import Capsule, Mounted
 from robot_agent.trajectory import Motion
 from robot_agent.workspace import PlacedRobot, Spaces, Sweep, Things, sweep
 from robot_agent.workspace import itself as itself_module
@@ -107,9 +107,13 @@ class _Nothing:
     def placed(self, _: object) -> "_Nothing":
         return self
 
+    def of(self, _: object) -> "_Nothing":
+        return self
+
 
 def _answer(robot: PlacedRobot, steps: tuple[MotionStep, ...], start: np.ndarray) -> object:
-    return Planner(robot, CYCLE_S).plan(PlanRequest(1, steps, start, ()))
+    carrying = tuple(replace(step, mounted=robot.model.description.mounted) for step in steps)
+    return Planner(robot, CYCLE_S).plan(PlanRequest(1, carrying, start, ()))
 
 
 def drawn(seed: int) -> World | None:
@@ -159,7 +163,7 @@ def _robot(rng: np.random.Generator, model: Model) -> Model:
     capsules = (Capsule(ends[0], ends[1], 0.02 * scale), Capsule(ends[1], ends[2], 0.02 * scale))
     tool = Tool("drawn", pose, 0.0, (0.0, 0.0, 0.0), np.zeros((3, 3)), capsules)
     apart = replace(model.description.apart, margin_m=float(rng.choice([0.0, 0.01])))
-    return model_of(replace(model.description, tools={"drawn": tool}, mounted="drawn", apart=apart))
+    return model_of(replace(model.description, tools={"drawn": tool}, mounted=Mounted(("drawn",)), apart=apart))
 
 
 def _pose(rng: np.random.Generator, at: np.ndarray, rounded: bool) -> PoseSettings:

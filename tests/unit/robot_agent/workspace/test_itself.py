@@ -14,7 +14,7 @@ from robot_agent.agent.planning.plans import PlanFailed, Planned, PlanRequest
 from robot_agent.kinematics import Model, load_model, model_of
 from robot_agent.language import JointStep
 from robot_agent.model import TOOL, Apart, CapsuleBody, RobotDescription, Tool
-from robot_agent.model.description import Capsule
+from robot_agent.model.description import Capsule, Mounted
 from robot_agent.paths import JointMove, Sequence
 from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.workspace import Itself, PlacedRobot, Things, Touch, owned_by, sweep
@@ -166,7 +166,7 @@ def test_what_may_touch_is_not_kept_apart() -> None:
 
 
 def test_a_tool_keeps_away_from_the_link_before_the_flange_too() -> None:
-    model = changed(tools={"hook": hook(0.6)}, mounted="hook")
+    model = changed(tools={"hook": hook(0.6)}, mounted=Mounted(("hook",)))
     assert ("5", "tool") in names(model)
     assert ("3", "tool") in names(model)
     assert ("5", "flange") not in names(model)

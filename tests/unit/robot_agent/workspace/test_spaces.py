@@ -159,7 +159,7 @@ def test_neither_of_two_boxes_holds_the_arm_alone() -> None:
 
 def test_a_wall_thinner_than_a_step_is_not_jumped_over() -> None:
     motion = planned(*sequence(3, 6).blocks)
-    place = MODEL.tcp(motion.q(motion.grid))[:, :3, 3]
+    place = MODEL.forward(motion.q(motion.grid))[:, :3, 3]
     steps = np.diff(place, axis=0)
     step = int(np.linalg.norm(steps, axis=-1).argmax())
     along = int(np.abs(steps[step]).argmax())
@@ -183,7 +183,7 @@ def test_an_elbow_that_goes_through_a_forbidden_space_is_seen_while_the_tcp_is_w
     motion = planned(JointMove(target, 1.0, 1))
     taus = np.linspace(0.0, motion.duration_s, 200)
     elbow = MODEL.links(motion.q(taus))[:, 3, :3, 3]
-    tcp = MODEL.tcp(motion.q(taus))[:, :3, 3]
+    tcp = MODEL.forward(motion.q(taus))[:, :3, 3]
     far = np.linalg.norm(elbow[:, None] - tcp[None], axis=-1).min(axis=1)
     middle = int(far.argmax())
     ball = SphereShape(0.02)
@@ -210,7 +210,7 @@ def test_the_tool_points_within_its_cone_on_the_whole_motion(seed: int, axis: in
     except PlanError:
         reject()
     taus = np.arange(0.0, motion.duration_s, FINE_S)
-    pointing = MODEL.tcp(motion.q(taus))[:, :3, axis]
+    pointing = MODEL.forward(motion.q(taus))[:, :3, axis]
     towards = pointing[0]
     angles = np.arccos(np.clip(pointing @ towards, -1.0, 1.0))
     within = share * float(angles.max())
@@ -229,8 +229,8 @@ def test_the_tool_points_within_its_cone_on_the_whole_motion(seed: int, axis: in
 def test_a_roll_about_the_pointing_axis_is_free() -> None:
     rolled = START + np.array([0, 0, 0, 0, 0, 2.0])
     motion = planned(JointMove(rolled, 1.0, 1))
-    tcp = MODEL.tcp(START)
-    steady = int(np.argmax([tcp[:3, k] @ MODEL.tcp(rolled)[:3, k] for k in range(3)]))
+    tcp = MODEL.forward(START)
+    steady = int(np.argmax([tcp[:3, k] @ MODEL.forward(rolled)[:3, k] for k in range(3)]))
     x, y, z = tcp[:3, steady].tolist()
     assert first_breach(motion, cone=OrientationSettings(steady, (x, y, z), np.radians(1.0))) is None
     turning = (steady + 1) % 3

@@ -74,7 +74,7 @@ def test_a_robot_held_in_front_of_a_crossing_publishes_a_body_outside_the_zone(
 
 
 def tip(q: np.ndarray) -> np.ndarray:
-    return np.asarray((BASE @ TIPPED.tcp(q))[..., :3, 3])
+    return np.asarray((BASE @ TIPPED.forward(q))[..., :3, 3])
 
 
 @given(seed=st.integers(0, 10_000), where=st.floats(0, 1.6), cycle_s=st.sampled_from([CYCLE_S, 0.02]))

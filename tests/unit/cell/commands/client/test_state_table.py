@@ -61,6 +61,14 @@ def test_what_a_robot_holds_is_shown_and_that_nobody_has_said_it() -> None:
     assert "holds" not in labelled_why(RUNNING)
 
 
+def test_the_mounted_tool_is_shown_and_that_nobody_has_said_it() -> None:
+    assert labelled_why(dataclasses.replace(RUNNING, tool="torch", part="casting")).endswith(
+        "tool torch, holds casting"
+    )
+    unsaid = labelled_why(dataclasses.replace(RUNNING, tool=None))
+    assert unsaid.endswith(f"its tool is unknown: cell tool {RUNNING.robot}")
+
+
 def test_an_alarm_goes_before_what_is_waited_for_and_is_said_once() -> None:
     alarmed = dataclasses.replace(RUNNING, waiting_for="a zone", alarms=("door open", "emergency stop: door open"))
     assert why(alarmed) == "emergency stop: door open"

@@ -22,6 +22,8 @@ again:  mj J1=10 r20
 GOTO again 3
 trk 0
 set do F1
+t = gripper
+t2
 """
 LONG = """\
 ; a start
@@ -33,6 +35,8 @@ MJ J1=10 R=20
 GOTO again 3
 TRACK OFF
 SET do F1
+T=gripper
+T2
 """
 
 

@@ -24,7 +24,7 @@ def plotted(tmp_path: Path, text: str, model: str = MODEL) -> str:
 
 def test_page_shows_path_speed_and_joint_speeds_against_their_limits(tmp_path: Path) -> None:
     page = plotted(tmp_path, "ML Z=1800 F=300 R=30\nML Y=200\nWAIT 1\nHOME")
-    for title in ("Path from above", "Speed of the flange", "Joint speeds in percent of their limits", "J6"):
+    for title in ("Path from above", "Speed of the TCP", "Joint speeds in percent of their limits", "J6"):
         assert title in page
     assert page.count("<svg") == 4
     assert "in 2 motions" in page

@@ -11,6 +11,7 @@ from robot_agent.agent.planning import lookahead
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.plans import Extended
 from robot_agent.language import Names, parse_program
+from robot_agent.model.description import NOTHING
 from robot_agent.trajectory.timing.optimal.interior_point import Search
 from tests.unit.agent_rounds import ROUND, TO_START, extensions, speeds
 from tests.unit.agent_runs import enabled, running, until
@@ -144,12 +145,12 @@ def test_move_that_cannot_be_planned_behind_many_that_can_ends_the_program_where
 def extension_of(feed_mm_s: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Extended, int]:
     """The first extension of a chain of 40 rounded moves of 100 and 12 mm, and how many intervals were searched."""
     moves = "".join(
-        f"ML Y={-300 + 12 * (k // 2)} Z={1350 + 100 * (k % 4 in (1, 2))} F={feed_mm_s} R=5 F=9999\n" for k in range(40)
+        f"ML Y={-300 + 12 * (k // 2)} Z={1350 + 100 * (k % 4 in (1, 2))} F={feed_mm_s} R=5\n" for k in range(40)
     )
     planner = AgentWorld("END").planner
     program = parse_program(f"{TO_START}{moves}END", "long.prog", Names(planner.model.joint_names))
     ahead, searched = lookahead.Lookahead(), []
-    ahead.start(program, planner.model.home)
+    ahead.start(program, planner.model.home, NOTHING)
     while ahead.open is None:
         for effect in ahead.fill(()):
             ahead.planned(planner.plan(effect.request))

@@ -27,7 +27,7 @@ MOVES = (
 
 def slow(by_program: bool = False) -> SpaceSettings:
     """Around a place on the way."""
-    x, y, z = ARM.tcp(np.radians([25.0, 0, 0, 0, 40.0, 0]))[:3, 3].tolist()
+    x, y, z = ARM.forward(np.radians([25.0, 0, 0, 0, 40.0, 0]))[:3, 3].tolist()
     place = PoseSettings((x, y, z), (0.0, 0.0, 0.0, 1.0))
     return SpaceSettings(
         "door", SpaceKind.SLOW, SphereShape(0.25), place, 0.0, by_program=by_program, speed_m_s=SPEED_M_S
@@ -45,7 +45,7 @@ def planned(program: str, *spaces: SpaceSettings) -> Planned | PlanFailed:
 def tcp_speeds(made: Planned) -> tuple[np.ndarray, np.ndarray]:
     """By differences of places at fine times: speed, and whether it is inside."""
     taus = np.arange(0.0, made.motion.duration_s, 1e-3)
-    place = ARM.tcp(made.motion.q(taus))[:, :3, 3]
+    place = ARM.forward(made.motion.q(taus))[:, :3, 3]
     inside = np.linalg.norm(place - np.array(slow().pose.position_m), axis=-1) < 0.25
     return np.linalg.norm(np.diff(place, axis=0), axis=-1) / 1e-3, inside[:-1] & inside[1:]
 
@@ -84,7 +84,7 @@ def test_a_jog_is_slow_inside_a_slow_space() -> None:
     world.call(Enable())
     until(world, lambda: world.state.mode is Mode.READY)
     Key(world, jog("J1", 0.3)).hold(6.0)
-    place = ARM.tcp(np.array(world.played))[:, :3, 3]
+    place = ARM.forward(np.array(world.played))[:, :3, 3]
     inside = np.linalg.norm(place - np.array(slow().pose.position_m), axis=-1) < 0.25
     speed = np.linalg.norm(np.diff(place, axis=0), axis=-1) / CYCLE_S
     assert inside.sum() > 100

@@ -25,7 +25,7 @@ from cell.messages import (
 from robot_agent.dynamics import axis_torques
 from robot_agent.kinematics import SixAxis
 from robot_agent.model import LinkMass, Part, Tool
-from robot_agent.model.description import Capsule
+from robot_agent.model.description import Capsule, Mounted
 from tests.unit.agent_runs import at_rest, ended, until
 from tests.unit.agent_world import ZONE, AgentWorld
 from tests.unit.body_cover import covers
@@ -37,14 +37,16 @@ GRIPPER = Tool("gripper", np.eye(4), 0.0, (0.0, 0.0, 0.0), NO_INERTIA, (Capsule(
 ROD = Part("rod", 3.0, (0.3, 0.0, 0.0), NO_INERTIA, (Capsule((0.0, 0.0, 0.0), (0.6, 0.0, 0.0), 0.05),))
 PLATE = Part("plate", 8.0, (0.0, 0.2, 0.0), NO_INERTIA, (Capsule((0.0, -0.4, 0.0), (0.0, 0.4, 0.0), 0.03),))
 BARE = SixAxis(
-    replace(description(), tools={"gripper": GRIPPER}, mounted="gripper", parts={"rod": ROD, "plate": PLATE})
+    replace(
+        description(), tools={"gripper": GRIPPER}, mounted=Mounted(("gripper",)), parts={"rod": ROD, "plate": PLATE}
+    )
 )
 """The arm of the tests with two parts."""
 PICK = "MJ J1=10\nATTACH rod\nMJ J1=20\nDETACH\nMJ J1=30\nEND"
 
 
 def holding(part: str, arm: SixAxis = BARE) -> SixAxis:
-    return SixAxis(replace(arm.description, held=(part,) if part else ()))
+    return SixAxis(replace(arm.description, mounted=replace(arm.description.mounted, parts=(part,) if part else ())))
 
 
 def ready(
@@ -105,12 +107,12 @@ def test_the_body_grows_before_the_first_motion_with_the_part_and_shrinks_at_res
 def test_motions_are_planned_with_what_is_held_then() -> None:
     world = running(PICK)
     until(world, ended(world))
-    assert [(planned.lines, planned.held) for planned in world.planned] == [
+    assert [(planned.lines, planned.mounted.parts) for planned in world.planned] == [
         ((1,), ()),
         ((3,), ("rod",)),
         ((5,), ()),
     ]
-    assert {planned.held: planned.sweep.points.shape[1] - len(BARE.body) for planned in world.planned[:2]} == {
+    assert {planned.mounted.parts: planned.sweep.points.shape[1] - len(BARE.body) for planned in world.planned[:2]} == {
         (): 0,
         ("rod",): 1,
     }
@@ -118,7 +120,7 @@ def test_motions_are_planned_with_what_is_held_then() -> None:
 
 def pole(may_touch: tuple[str, ...] = ()) -> ThingSettings:
     """Where the end of the rod comes by when J1 turns from 10 to 20 degrees, clear of everything else."""
-    x, y, z, _ = (holding("rod").tcp(np.radians([15.0, 0, 0, 0, 0, 0])) @ [0.6, 0.0, 0.0, 1.0]).tolist()
+    x, y, z, _ = (holding("rod").forward(np.radians([15.0, 0, 0, 0, 0, 0])) @ [0.6, 0.0, 0.0, 1.0]).tolist()
     there = PoseSettings((x, y, z), (0.0, 0.0, 0.0, 1.0))
     return ThingSettings("pole", SphereShape(0.05), there, 0.005, {"left": may_touch})
 
@@ -169,7 +171,7 @@ def test_a_program_without_parts_runs_with_the_body_of_all_of_them() -> None:
     world = ready("MJ J1=10\nEND", part=None)
     world.call(Run())
     until(world, ended(world))
-    assert [planned.held for planned in world.planned] == [("rod", "plate")]
+    assert [planned.mounted.parts for planned in world.planned] == [("rod", "plate")]
 
 
 def test_a_word_about_the_gripper_ends_a_halted_program() -> None:
@@ -200,7 +202,7 @@ def test_a_part_stays_held_through_a_fault_and_on_the_way_back() -> None:
     until(world, lambda: world.state.mode is Mode.HALTED)
     world.call(Continue())
     until(world, ended(world))
-    assert {planned.held for planned in world.planned if planned.id < 0} == {("rod",)}
+    assert {planned.mounted.parts for planned in world.planned if planned.id < 0} == {("rod",)}
     assert world.state.part == ""
 
 

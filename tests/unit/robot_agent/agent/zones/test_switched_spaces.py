@@ -20,7 +20,7 @@ MOVING = np.array([capsule.link > 0 for capsule in ARM.body])
 
 def ball(off_while: str | None = None, by_program: bool = False) -> SpaceSettings:
     """Around where the flange is half-way of J1's move from home to 60 degrees."""
-    x, y, z = ARM.tcp(ARM.home + np.radians([30.0, 0, 0, 0, 0, 0]))[:3, 3].tolist()
+    x, y, z = ARM.forward(ARM.home + np.radians([30.0, 0, 0, 0, 0, 0]))[:3, 3].tolist()
     place = PoseSettings((x, y, z), (0.0, 0.0, 0.0, 1.0))
     return SpaceSettings(
         "gate", SpaceKind.FORBIDDEN, SphereShape(0.05), place, 0.005, by_program=by_program, off_while=off_while

@@ -5,15 +5,21 @@ import pytest
 
 from cell.geometry import NotAPose, WrongShape
 from robot_agent.kinematics import BadInput, BadModel, model_of
-from tests.unit.robot_families import CLOSED, described, every_kind, off, random_joints, robot
+from robot_agent.model.description import NOTHING, Mounted
+from tests.unit.robot_families import CLOSED, TOOLS, described, every_kind, off, random_joints, robot
 
 COUNT = 10_000
+with_tool_or_without = pytest.mark.parametrize("mounted", [NOTHING, Mounted(("torch",))], ids=["flange", "torch"])
 
 
+@with_tool_or_without
 @every_kind
-def test_solutions_reproduce_the_pose_and_the_original_joints_are_among_them(family: str, joints: int | None) -> None:
-    model, q = robot(family, joints), random_joints(family, COUNT, joints)
+def test_solutions_reproduce_the_pose_and_the_original_joints_are_among_them(
+    family: str, joints: int | None, mounted: Mounted
+) -> None:
+    model, q = robot(family, joints, tools=TOOLS, mounted=mounted), random_joints(family, COUNT, joints)
     poses = model.forward(q)
+    np.testing.assert_allclose(poses, model.links(q)[:, -1] @ model.description.pose_flange_tcp, atol=1e-12)
     solutions = model.inverse(poses, near=q)
     back = model.forward(solutions.joints[solutions.valid])
     expected = np.broadcast_to(poses[:, None], (*solutions.valid.shape, 4, 4))[solutions.valid]
@@ -35,9 +41,10 @@ def test_no_branch_appears_twice(family: str, joints: int | None) -> None:
     assert not (away < 1e-6).any()
 
 
+@with_tool_or_without
 @every_kind
-def test_the_jacobian_is_the_derivative_of_the_pose(family: str, joints: int | None) -> None:
-    model, q = robot(family, joints), random_joints(family, 1000, joints)
+def test_the_jacobian_is_the_derivative_of_the_pose(family: str, joints: int | None, mounted: Mounted) -> None:
+    model, q = robot(family, joints, tools=TOOLS, mounted=mounted), random_joints(family, 1000, joints)
     jacobian, step = model.jacobian(q), 1e-6
     for i, change in enumerate(np.eye(model.n) * step):
         ahead, after = model.forward(q + change), model.forward(q - change)
@@ -47,9 +54,12 @@ def test_the_jacobian_is_the_derivative_of_the_pose(family: str, joints: int | N
         np.testing.assert_allclose(jacobian[:, 3:, i], spin[:, (2, 0, 1), (1, 2, 0)], atol=1e-6)
 
 
+@with_tool_or_without
 @every_kind
-def test_the_derivative_of_the_jacobian_is_that_along_the_motion(family: str, joints: int | None) -> None:
-    model, q = robot(family, joints), random_joints(family, 1000, joints)
+def test_the_derivative_of_the_jacobian_is_that_along_the_motion(
+    family: str, joints: int | None, mounted: Mounted
+) -> None:
+    model, q = robot(family, joints, tools=TOOLS, mounted=mounted), random_joints(family, 1000, joints)
     qd = np.random.default_rng(5).uniform(-1, 1, q.shape)
     step = 1e-6
     expected = (model.jacobian(q + step * qd) - model.jacobian(q - step * qd)) / (2 * step)

@@ -1,6 +1,7 @@
 """Chains out of a URDF: forward against Pinocchio, inverse by iteration within the limits, bare files."""
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,12 @@ from robot_agent.kinematics import (
     UnknownName,
     Unreachable,
     load_model,
+    model_of,
 )
 from robot_agent.kinematics.numeric.least_squares import pose_error
+from robot_agent.model import Mounted
 from tests.unit.repository import ROOT
+from tests.unit.robot_families import TOOLS, TORCH
 
 MODELS = ROOT / "cell_configs" / "models"
 PAINTER = load_model(MODELS / "painter.yaml")
@@ -89,6 +93,27 @@ def test_the_derivative_of_the_jacobian_is_that_along_the_motion() -> None:
     qd = RNG.uniform(-1, 1, q.shape)
     expected = (PAINTER.jacobian(q + step * qd) - PAINTER.jacobian(q - step * qd)) / (2 * step)
     np.testing.assert_allclose(PAINTER.jacobian_derivative(q, qd), expected, atol=1e-7)
+
+
+def test_with_a_tool_poses_are_those_of_its_tcp() -> None:
+    model = model_of(replace(PAINTER.description, tools=TOOLS, mounted=Mounted(("torch",))))
+    peer = pin.buildModelFromUrdf(str(MODELS / "painter.urdf"))
+    last = peer.getFrameId(PAINTER.link_names[-1])
+    on_last = peer.frames[last].placement * pin.SE3(TORCH.pose_flange_tcp)
+    tip = peer.addFrame(pin.Frame("tip", peer.njoints - 1, last, on_last, pin.OP_FRAME))
+    data, frame = peer.createData(), pin.LOCAL_WORLD_ALIGNED
+    for q in random_joints(model, 20):
+        pin.framesForwardKinematics(peer, data, q)
+        assert abs(model.forward(q) - data.oMf[tip].homogeneous).max() < 1e-9
+        assert abs(model.jacobian(q) - pin.computeFrameJacobian(peer, data, q, tip, frame)).max() < 1e-9
+    start = PAINTER.home
+    ahead = model.forward(start + np.linspace(0.0, 0.05, 12)[:, None])
+    np.testing.assert_allclose(model.forward(model.track(ahead, start)), ahead, atol=1e-6)
+    np.testing.assert_allclose(model.solve(ahead[5], near=start), start + 5 * 0.05 / 11, atol=1e-5)
+    far = ahead[0].copy()
+    far[:3, 3] = 1.01 * model.reach_m, 0.0, 0.0
+    with pytest.raises(Unreachable, match="too far"):
+        model.solve(far)
 
 
 def test_the_measure_of_singularity_is_zero_where_two_axes_are_one() -> None:

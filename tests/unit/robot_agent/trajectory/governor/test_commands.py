@@ -82,7 +82,7 @@ class Commands(RuleBasedStateMachine):
         )
         kept = rest[:samples]
         if self.cap is not None:
-            speed = self.motion.flange_speed(self.segment.tau[rest]) * np.abs(self.segment.rate[rest])
+            speed = self.motion.tcp_speed(self.segment.tau[rest]) * np.abs(self.segment.rate[rest])
             below = bool((speed <= self.cap).all())
             assert below or not self.cap_reached
             self.cap_reached = below

@@ -8,7 +8,7 @@ from ruckig import ControlInterface, InputParameter, Ruckig, Trajectory
 
 from cell.geometry.pose import from_xyz_abc
 from robot_agent.kinematics import SixAxis
-from robot_agent.model.description import Tool
+from robot_agent.model.description import Mounted, Tool
 from robot_agent.paths import JointMove, Sequence
 from robot_agent.trajectory import Governor, Hold, Motion, PathState, RateRequest, plan
 from tests.unit.governor_drive import ARM, CYCLE_S, JOINTS, LIMITS, LONG, MIXED, MOTIONS, START, STEP, Drive
@@ -251,7 +251,7 @@ def test_speed_of_the_tcp_stays_below_its_cap_in_ramps_too(direction: float) -> 
 def test_cap_holds_for_the_tip_of_a_long_tool_that_swings() -> None:
     tip = from_xyz_abc(np.array([0.5, 0.0, 0.1, 0.0, 0.0, 0.0]))
     tool = Tool("lance", tip, 1.0, (0.0, 0.0, 0.0), np.zeros((3, 3)), ())
-    lance = SixAxis(replace(description(), tools={"lance": tool}, mounted="lance"))
+    lance = SixAxis(replace(description(), tools={"lance": tool}, mounted=Mounted(("lance",))))
     swing = JointMove(START + np.array([0.0, 0.0, 0.0, 1.0, 1.2, 0.0]), 1.0, 1)
     motion = plan(lance, Sequence([swing]), LIMITS, start=START)
     drive = Drive(motion)
@@ -259,10 +259,22 @@ def test_cap_holds_for_the_tip_of_a_long_tool_that_swings() -> None:
         drive.take(drive.governor.next(drive.segment, drive.index, (), (), cap_m_s=0.25))
         drive.play()
     q = np.array(drive.played)
-    for places in (lance.tcp(q), lance.forward(q)):
+    for places in (lance.forward(q), lance.links(q)[:, -1]):
         assert np.linalg.norm(np.diff(places[:, :3, 3], axis=0), axis=1).max() <= 0.25 * CYCLE_S
-    fast = np.linalg.norm(np.diff(lance.tcp(q)[:, :3, 3], axis=0), axis=1) / CYCLE_S
+    fast = np.linalg.norm(np.diff(lance.forward(q)[:, :3, 3], axis=0), axis=1) / CYCLE_S
     assert (fast > 0.23).mean() > 0.5
+
+
+def test_the_speed_is_that_of_the_fastest_tool_that_may_be_mounted() -> None:
+    poses = [from_xyz_abc(np.array([x, 0.0, 0.1, 0.0, 0.0, 0.0])) for x in (0.5, -0.3)]
+    tools = {f"t{k}": Tool(f"t{k}", pose, 1.0, (0.0, 0.0, 0.0), np.zeros((3, 3)), ()) for k, pose in enumerate(poses)}
+    one_of = SixAxis(replace(description(), tools=tools, mounted=Mounted(tuple(tools))))
+    q, qd = np.random.default_rng(2).uniform(-1, 1, (2, 50, 6))
+    each = [SixAxis(replace(description(), tools=tools, mounted=Mounted((name,)))) for name in tools]
+    np.testing.assert_allclose(one_of.tool_speed(q, qd), np.max([m.tool_speed(q, qd) for m in each], axis=0))
+    step = 1e-7 * qd
+    ways = (np.linalg.norm((m.forward(q + step) - m.forward(q - step))[:, :3, 3], axis=1) / 2e-7 for m in (*each, ARM))
+    np.testing.assert_allclose(one_of.tool_speed(q, qd), np.max(list(ways), axis=0), atol=1e-6)
 
 
 def test_a_cap_that_comes_in_full_motion_brakes_to_it_at_once_and_goes_on() -> None:

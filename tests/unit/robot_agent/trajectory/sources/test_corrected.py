@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robot_agent.kinematics import model_of
+from robot_agent.model import Mounted
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Governor, Limits, Motion, RateRequest, plan
 from robot_agent.trajectory.sources import (
@@ -17,6 +19,7 @@ from robot_agent.trajectory.sources import (
     Target,
 )
 from tests.unit.repository import vectors
+from tests.unit.robot_families import TORCH
 from tests.unit.six_axis_arm import arm, description
 
 CYCLE_S = 0.004
@@ -52,7 +55,7 @@ class Followed:
     ) -> None:
         governor = Governor(motion, LIMITS, CYCLE_S, nominal_s=NOMINAL * CYCLE_S)
         self.motion = motion
-        self.source = CorrectedSource(ARM, LIMITS, governor, governor.rest(0.0), CHANGES, frame)
+        self.source = CorrectedSource(motion.model, LIMITS, governor, governor.rest(0.0), CHANGES, frame)
         self.played = [motion.q(np.array(0.0))] * 3
         self.taus = [0.0]
         self.ramp = self.source.brake()
@@ -81,7 +84,7 @@ class Followed:
 
     def places(self) -> np.ndarray:
         """TCP `(blocks, 3)` at the ticks where blocks were joined."""
-        return np.asarray(ARM.tcp(np.array(self.played)[2::STEP])[:, :3, 3])
+        return np.asarray(self.motion.model.forward(np.array(self.played)[2::STEP])[:, :3, 3])
 
     def planned(self) -> np.ndarray:
         """Where the path alone would be there."""
@@ -94,6 +97,20 @@ def test_without_a_correction_it_is_the_path() -> None:
         followed.block(Target.none())
     np.testing.assert_allclose(followed.places(), followed.planned(), atol=1e-7)
     assert followed.taus[-1] == pytest.approx(60 * BLOCK_S)
+
+
+def test_a_correction_that_turns_the_tool_turns_it_about_its_tcp() -> None:
+    model = model_of(replace(ARM.description, tools={"torch": TORCH}, mounted=Mounted(("torch",))))
+    target = model.forward(START).copy()
+    target[:3, 3] += (0.05, 0.15, -0.1)
+    motion = plan(model, Sequence([Line(target, 0.1, 1)]), LIMITS, start=START, cycle_s=CYCLE_S)
+    followed = Followed(motion)
+    for _ in range(80):
+        followed.block(Target(np.array([0.0, 0.0, 0.0, 0.0, 0.1, 0.2]), np.zeros(6)))
+    poses = ARM.links(np.array(followed.played)[2::STEP])[:, -1] @ TORCH.pose_flange_tcp
+    np.testing.assert_allclose(poses[:, :3, 3], followed.planned(), atol=1e-5)
+    turned = poses[-1, :3, :3] @ motion.pose(np.array(followed.taus[-1]))[:3, :3].T
+    assert np.arccos((np.trace(turned) - 1.0) / 2.0) == pytest.approx(np.hypot(0.1, 0.2), abs=1e-3)
 
 
 @pytest.mark.parametrize("belt_m_s", [0.08, -0.15])
@@ -139,7 +156,7 @@ def test_a_line_across_a_conveyor_takes_no_longer_and_its_tool_is_faster_than_th
     beside = (followed.places() - followed.planned())[inside]
     way = (beside[-1] - beside[0]) / np.ptp(taus[inside]) * worked["duration_s"]
     np.testing.assert_allclose(1000.0 * way, [0.0, worked["extra"], 0.0], atol=0.1)
-    places = np.asarray(ARM.tcp(np.array(followed.played))[:, :3, 3])
+    places = np.asarray(ARM.forward(np.array(followed.played))[:, :3, 3])
     speeds = 1000.0 * np.linalg.norm(np.diff(places, axis=0), axis=1) / CYCLE_S
     assert speeds.max() == pytest.approx(worked["top_speed"], rel=1e-3)
 
@@ -188,7 +205,7 @@ def test_an_offset_is_meant_in_its_frame(frame: CorrectionFrame) -> None:
     target = Target(np.array([0.01, 0.0, 0.02, 0.0, 0.0, 0.1]), np.zeros(6))
     for _ in range(110):
         followed.block(target)
-    path, found = FAST.pose(np.array(FAST.duration_s)), ARM.tcp(followed.played[-1])
+    path, found = FAST.pose(np.array(FAST.duration_s)), ARM.forward(followed.played[-1])
     turn = np.array([[np.cos(0.1), -np.sin(0.1), 0], [np.sin(0.1), np.cos(0.1), 0], [0, 0, 1]])
     in_tool = frame is CorrectionFrame.TOOL
     moved = target.offset[:3] if not in_tool else path[:3, :3] @ target.offset[:3]

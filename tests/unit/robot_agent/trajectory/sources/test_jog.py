@@ -48,7 +48,7 @@ def test_the_tool_never_exceeds_reduced_speed_however_fast_the_wish() -> None:
 @pytest.mark.parametrize("frame", [JogFrame.BASE, JogFrame.TOOL])
 def test_a_tool_jog_is_straight_keeps_the_orientation_and_stops_on_its_line(frame: JogFrame) -> None:
     jogged = Jogged()
-    start = ARM.tcp(START)
+    start = ARM.forward(START)
     axis = np.eye(3)[2] if frame is JogFrame.BASE else start[:3, 2]
     key = jogged.press("Z", -0.15, frame=frame)
     jogged.run(key, 40)
@@ -75,14 +75,14 @@ def test_a_step_ends_exactly_and_by_itself(axis: int | str, speed: float, step: 
     key = jogged.press(axis, speed, step)
     jogged.run(key, 80)
     assert key.arrived
-    expected = ARM.tcp(START)
+    expected = ARM.forward(START)
     if isinstance(axis, int):
-        expected = ARM.tcp(START + step * np.sign(speed) * np.eye(6)[axis])
+        expected = ARM.forward(START + step * np.sign(speed) * np.eye(6)[axis])
     elif axis == "X":
         expected[0, 3] += step
     else:
         expected[:3, :3] = from_xyz_abc(np.array([0, 0, 0, 0, step, 0]))[:3, :3] @ expected[:3, :3]
-    np.testing.assert_allclose(ARM.tcp(jogged.q), expected, atol=2e-6)
+    np.testing.assert_allclose(ARM.forward(jogged.q), expected, atol=2e-6)
 
 
 def test_it_stops_at_a_soft_limit_says_which_and_leaves_it_again() -> None:
@@ -141,7 +141,7 @@ def test_a_robot_with_four_joints_does_not_tilt_its_tool() -> None:
     np.testing.assert_array_equal(jogged.q, start)
     assert tilt.ruled_by
     jogged.run(line, 30)
-    assert scara.tcp(jogged.q)[0, 3] > scara.tcp(start)[0, 3] + 0.002
+    assert scara.forward(jogged.q)[0, 3] > scara.forward(start)[0, 3] + 0.002
 
 
 MODELS = sorted((ROOT / "cell_configs" / "models").glob("*.yaml"))
@@ -159,10 +159,10 @@ def test_a_tool_of_every_family_goes_up_straight_and_within_the_limits(file: Pat
 
 
 def test_what_is_in_the_way_is_approached_and_not_passed() -> None:
-    wall = ARM.tcp(START)[0, 3] + 0.05
+    wall = ARM.forward(START)[0, 3] + 0.05
 
     def clear(states: States) -> str:
-        return "the wall" if (ARM.tcp(states.q)[:, 0, 3] > wall).any() else ""
+        return "the wall" if (ARM.forward(states.q)[:, 0, 3] > wall).any() else ""
 
     jogged = Jogged()
     key = jogged.press("X", 0.2, clear=clear)

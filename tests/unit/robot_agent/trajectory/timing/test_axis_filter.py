@@ -10,9 +10,9 @@ from robot_agent.model import ProfileKind, Shaping
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Motion, plan
 from robot_agent.trajectory.timing.gaussian_window import gaussian_weights
-from tests.unit.flange_shares import flange_shares
 from tests.unit.random_moves import LIMITS, MODEL, START, sequence
 from tests.unit.repository import vectors
+from tests.unit.tcp_shares import tcp_shares
 
 VECTORS = vectors("profiles.json")["filter"]
 TARGET = START + np.array([0.5, -0.3, 0.2, 0.0, 0.4, 0.6])
@@ -85,15 +85,12 @@ def test_limits_are_kept_and_every_rest_stays_a_rest(seed: int, filter_s: float)
     used = motion.pieces.peaks() / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
     assert used.max() <= 1.0 + 1e-3
     on_path = [not isinstance(each, JointMove) for each in blocks.blocks]
-    assert flange_shares(motion, LIMITS.path, on_path, every_s=0.003, apart_s=filter_s).max() <= 1.001
+    assert tcp_shares(motion, LIMITS.path, on_path, every_s=0.003, apart_s=filter_s).max() <= 1.001
     assert len(motion.rests) == len(plain.rests)
     np.testing.assert_array_equal(motion.qd(motion.rests), 0.0)
     np.testing.assert_array_equal(motion.qdd(motion.rests), 0.0)
     np.testing.assert_allclose(motion.q(motion.rests), plain.q(plain.rests), atol=1e-9)
-    assert (
-        motion.flange_speed(motion.grid).max()
-        <= plain.flange_speed(np.linspace(0, plain.duration_s, 4000)).max() * 1.001
-    )
+    assert motion.tcp_speed(motion.grid).max() <= plain.tcp_speed(np.linspace(0, plain.duration_s, 4000)).max() * 1.001
 
 
 def test_deviation_from_the_path_is_reported_as_it_is() -> None:

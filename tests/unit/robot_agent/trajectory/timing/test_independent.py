@@ -69,7 +69,7 @@ def test_each_joint_has_the_profile_of_the_robot_file(kind: ProfileKind) -> None
 def test_caps_slow_all_of_it_down() -> None:
     move = JointMove(TARGET, 1.0, 1, synchronised=False)
     motion = planned(replace(move, speed_m_s=0.1))
-    assert motion.flange_speed(np.linspace(0, motion.duration_s, 2000)).max() == pytest.approx(0.1, rel=1e-3)
+    assert motion.tcp_speed(np.linspace(0, motion.duration_s, 2000)).max() == pytest.approx(0.1, rel=1e-3)
     motion = planned(replace(move, joint_speed_rad_s=0.2))
     speeds = np.linalg.norm(motion.qd(np.linspace(0, motion.duration_s, 2000)), axis=1)
     assert speeds.max() == pytest.approx(0.2, rel=1e-3)

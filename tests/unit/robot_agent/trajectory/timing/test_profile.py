@@ -147,7 +147,7 @@ def test_slow_line_has_the_chosen_profile_in_the_flanges_speed(kind: ProfileKind
     expected = profile(kind, 0.3, 0.1, 1.0, 10.0)
     assert motion.duration_s == pytest.approx(expected.duration_s, rel=1e-6)
     taus = np.linspace(0.0, motion.duration_s, 101)[1:-1]
-    np.testing.assert_allclose(motion.flange_speed(taus), expected.at(taus)[1], atol=1e-4)
+    np.testing.assert_allclose(motion.tcp_speed(taus), expected.at(taus)[1], atol=1e-4)
 
 
 @pytest.mark.parametrize("kind", SMOOTH, ids=lambda kind: kind.value)
@@ -155,7 +155,7 @@ def test_line_that_the_joints_slow_down_keeps_the_shape_of_the_profile(kind: Pro
     motion = planned(kind, Line(beside(-0.2, 0.6, 0.2), None, 1))
     taus = np.linspace(0.0, motion.duration_s, 201)
     way = np.linalg.norm(motion.pose(taus)[:, :3, 3] - beside(0, 0, 0)[:3, 3], axis=1)
-    speed = motion.flange_speed(taus)
+    speed = motion.tcp_speed(taus)
     np.testing.assert_allclose(way, way[-1] - way[::-1], atol=1e-5)  # every profile is symmetric
     np.testing.assert_allclose(speed, speed[::-1], atol=1e-3)
     used = motion.pieces.peaks() / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])

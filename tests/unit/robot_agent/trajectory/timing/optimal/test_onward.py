@@ -9,8 +9,8 @@ from robot_agent.model.description import ProfileKind, Shaping
 from robot_agent.paths import Arc, JointMove, Line, Passing, Sequence
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
 from robot_agent.trajectory.timing.gaussian_window import gaussian_weights, window_cells
-from tests.unit.flange_shares import flange_shares
 from tests.unit.six_axis_arm import arm, description
+from tests.unit.tcp_shares import tcp_shares
 
 ARM = arm()
 LIMITS = Limits.of(description())
@@ -76,10 +76,10 @@ def test_endless_loop_with_three_blocks_of_look_ahead_never_stops(speed: float, 
         assert_same_state(motion, tau, longer)
         assert len(longer.rests) == 2
         assert (longer.pieces.peaks() <= 1.001 * np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])).all()
-        assert flange_shares(longer, LIMITS.path, [True] * len(longer.ends), every_s=dt).max() <= 1.001
+        assert tcp_shares(longer, LIMITS.path, [True] * len(longer.ends), every_s=dt).max() <= 1.001
         driven = np.arange(round(tau / dt)) * dt
         passed.append(motion.q(driven))
-        speeds.append(motion.flange_speed(driven))
+        speeds.append(motion.tcp_speed(driven))
         motion = longer
     q, moving = np.concatenate(passed), np.concatenate(speeds)
     assert_within(q, dt, LIMITS)

@@ -10,7 +10,7 @@ SLOWEST = np.array([1e-3, np.radians(1.0)])
 """Speed and angular speed below which the flange reverses, as docs/motion.md says."""
 
 
-def flange_shares(
+def tcp_shares(
     motion: Motion, limits: PathSpeeds, on_path: list[bool], every_s: float, apart_s: float = 0.0
 ) -> np.ndarray:
     """Shares `(k, 5)` along way and turn, across the way, and of the jerk of both, as docs/motion.md means them.

@@ -1,4 +1,4 @@
-"""The flange's way and turn along joints that are given as a curve."""
+"""The TCP's way and turn along joints that are given as a curve."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,12 @@ Numbers = NDArray[np.float64]
 
 _PARTS = 32
 _SLOW = 1e-3
-"""[m] of the flange's way per unit of the joints' way: below it turns on the spot."""
+"""[m] of the TCP's way per unit of the joints' way: below it turns on the spot."""
 _STILL = 1e-12
 
 
-def with_flange(model: Model, joints: Pieces) -> tuple[Pieces, Numbers]:
-    """A curve of the joints in one piece with the flange's way [m] and turn [rad] as two more columns.
+def with_tcp(model: Model, joints: Pieces) -> tuple[Pieces, Numbers]:
+    """A curve of the joints in one piece with the TCP's way [m] and turn [rad] as two more columns.
 
     Also `(k, 2)` parameter and curvature [1/m] of its way, 0 where it has none.
     """
@@ -36,8 +36,8 @@ def with_flange(model: Model, joints: Pieces) -> tuple[Pieces, Numbers]:
     return Pieces.through(s, *states), np.column_stack([s, curvature])
 
 
-def without_flange(joints: Pieces) -> Pieces:
-    """The same columns and knots where no limit of the flange holds: its way and turn stay at 0."""
+def without_tcp(joints: Pieces) -> Pieces:
+    """The same columns and knots where no limit of the TCP holds: its way and turn stay at 0."""
     s = np.linspace(0.0, joints.duration_s, _PARTS + 1)
     return Pieces.through(s, *(np.column_stack([each, np.zeros((len(s), 2))]) for each in joints.shape(s)[:3]))
 

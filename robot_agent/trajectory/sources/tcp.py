@@ -1,4 +1,4 @@
-"""Joint states after a motion of the flange: positions by the inverse, speeds and accelerations by the Jacobian."""
+"""Joint states after a motion of the TCP: positions by the inverse, speeds and accelerations by the Jacobian."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ _FOLLOWED = 1e-5
 
 
 class NoDirection(Exception):
-    """The joints cannot move the flange the way that was asked for; says why, for people."""
+    """The joints cannot move the TCP the way that was asked for; says why, for people."""
 
 
 def joints_along(
@@ -21,7 +21,7 @@ def joints_along(
     accelerations: NDArray[np.float64],
     start: NDArray[np.float64],
 ) -> States:
-    """Joint states for poses `(m, 4, 4)`, twists and their derivatives `(m, 6)` of the flange in base, near `start`.
+    """Joint states for poses `(m, 4, 4)`, twists and their derivatives `(m, 6)` of the TCP in base, near `start`.
 
     Raises `NoDirection` where the joints cannot produce a twist, and `robot_agent.kinematics.TrackError` where a pose
     is out of reach, outside the limits, or on another branch.
@@ -43,7 +43,7 @@ def tracked(model: Model, poses: NDArray[np.float64], start: NDArray[np.float64]
 
 
 def in_reach(model: Model, pose: NDArray[np.float64], start: NDArray[np.float64]) -> bool:
-    """Whether joints bring the flange to `pose` `(4, 4)`; an inverse that iterates looks from `start` `(n,)` only."""
+    """Whether joints bring the TCP to `pose` `(4, 4)`; an inverse that iterates looks from `start` `(n,)` only."""
     if isinstance(model, NumericModel):
         return bool(model.iterate(pose[None], start[None]).solved[0])
     return bool(model.reaches(pose))
@@ -52,7 +52,7 @@ def in_reach(model: Model, pose: NDArray[np.float64], start: NDArray[np.float64]
 def joint_speeds(
     model: Model, q: NDArray[np.float64], jacobian: NDArray[np.float64], twists: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Joint speeds `(m, n)` for twists `(m, 6)` of the flange at joints `q` `(m, n)`. Raises `NoDirection`."""
+    """Joint speeds `(m, n)` for twists `(m, 6)` of the TCP at joints `q` `(m, n)`. Raises `NoDirection`."""
     qd = _solved(jacobian, twists)
     missing = np.abs((jacobian @ qd[..., None])[..., 0] - twists).max(axis=1, initial=0.0)
     if (missing > _FOLLOWED).any():

@@ -1,4 +1,4 @@
-"""How much of its limits of acceleration and jerk the flange uses, where these hold.
+"""How much of its limits of acceleration and jerk the TCP uses, where these hold.
 
 Along its way it has the acceleration v' and the jerk v'' of its speed v, and of its angular speed |w| likewise: with
 u = w / |w| and the part a of w' across u
@@ -7,7 +7,7 @@ u = w / |w| and the part a of w' across u
 
 and across its way the acceleration that is a for v.
 
-Inside a piece the joints are a polynomial in time and the flange's twist J q' is smooth, however tightly the path
+Inside a piece the joints are a polynomial in time and the TCP's twist J q' is smooth, however tightly the path
 bends: it is the joints' jerk that steps at the knots. So the twist's derivatives in a piece are those of the polynomial
 through a few places of it.
 """
@@ -23,7 +23,7 @@ from robot_agent.trajectory.timing.affine import Numbers
 Flags = NDArray[np.bool_]
 
 _SLOWEST = np.array([[1e-3], [np.radians(1.0)]])
-"""[m/s], [rad/s]: a flange that is slower reverses; there the last term is that of this speed."""
+"""[m/s], [rad/s]: a TCP that is slower reverses; there the last term is that of this speed."""
 _STILL = 1e-12
 _CLOSE = 0.96
 """Of a limit: the twists at the knots tell it to some per cent."""
@@ -44,8 +44,8 @@ def _of_places(order: int) -> Numbers:
 _DERIVATIVES = [_of_places(order) for order in range(3)]
 
 
-def flange_use(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) -> Numbers:
-    """Speed, acceleration and jerk `(3, pieces)` of the flange in each piece, in shares of their limits.
+def tcp_use(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) -> Numbers:
+    """Speed, acceleration and jerk `(3, pieces)` of the TCP in each piece, in shares of their limits.
 
     The speed's limit is the one at which the acceleration across the way reaches its own. 0 in pieces where the limits
     do not hold, `held` `(pieces,)`.
@@ -61,9 +61,9 @@ def flange_use(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) ->
 
 
 def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) -> Flags:
-    """Which pieces `(pieces,)` of those `held` are so close to a limit of the flange that they need to be looked at.
+    """Which pieces `(pieces,)` of those `held` are so close to a limit of the TCP that they need to be looked at.
 
-    For cubic pieces, the last of which ends at rest. What the joints' jerk takes of the flange's is known on both sides
+    For cubic pieces, the last of which ends at rest. What the joints' jerk takes of the TCP's is known on both sides
     of each knot, the rest of it is smooth and told by the twists at the knots.
     """
     if not held.any():
