@@ -47,6 +47,7 @@ from cell.messages.manager_state import Deadlock, ManagerState, SetupStatus, Zon
 from cell.messages.meeting import Arrival, Attendance, MeetingStatus, Meets
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
+    AnswerFlag,
     Continue,
     Disable,
     Enable,
@@ -81,6 +82,7 @@ __all__ = [
     "STATES",
     "AcceptPosition",
     "AdoptZone",
+    "AnswerFlag",
     "Arrival",
     "Attendance",
     "AxisStatus",

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Self, TypeVar
 
 from robot_agent.language.statement import Reading, Statement, Walk, statement
-from robot_agent.language.steps import FREELY, JointStep, MoveCaps, Orientation, Position, ProgramFault, Switch
+from robot_agent.language.steps import FREELY, JointStep, Mark, MoveCaps, Orientation, Position, ProgramFault
 from robot_agent.language.words import (
     FARTHEST_MM,
     MOST_DEG,
@@ -87,7 +87,7 @@ class MoveLine(Move):
     wrist_may_flip: bool = False
     tangential_rad: float | None = None
     """`TANG`, on every move of the flange: the tool follows the direction of the path, at this angle to it."""
-    switches: tuple[Switch, ...] = ()
+    switches: tuple[Mark, ...] = ()
     """On every move: what is switched at its end."""
     spaces_off: frozenset[str] = frozenset()
     """On every move: the spaces that are switched off during it."""
@@ -119,7 +119,7 @@ class MoveArc(Move):
     """`H`: how far to go on the circle; the target is then only a point of it."""
     pace: MoveCaps = FREELY
     tangential_rad: float | None = None
-    switches: tuple[Switch, ...] = ()
+    switches: tuple[Mark, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     held: tuple[str, ...] = ()
 
@@ -152,7 +152,7 @@ class MoveSpline(Move):
     orientation_abc: Orientation | None
     pace: MoveCaps = FREELY
     tangential_rad: float | None = None
-    switches: tuple[Switch, ...] = ()
+    switches: tuple[Mark, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     held: tuple[str, ...] = ()
 

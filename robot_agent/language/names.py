@@ -21,7 +21,9 @@ class Names:
     corrections: Known = None
     """Of `TRACK`."""
     outputs: Known = None
-    """Of `SET DO` and `RESET DO`."""
+    """Of `SET DO`, `RESET DO` and `IF DO`."""
+    inputs: Known = None
+    """Of `WAIT DI` and `IF DI`."""
     spaces: Known = None
     """Of `SPACE`."""
     parts: Known = None
@@ -31,7 +33,7 @@ class Names:
 
     @classmethod
     def of(cls, cell: CellSettings, robot: str, described: RobotDescription) -> Self:
-        """Those of a robot of the cell; outputs are known to its gateway alone."""
+        """Those of a robot of the cell; inputs and outputs are known to its gateway alone."""
         linear = (name for name, slides in zip(described.joint_names, described.linear, strict=False) if slides)
         return cls(
             described.joint_names,

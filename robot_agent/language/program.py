@@ -4,6 +4,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from robot_agent.language.statement import Statement
+from robot_agent.language.steps import Signal
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +19,15 @@ class Program:
         """Line and name of the first output that a statement may switch and that is not `known`."""
         named = ((each.line, output) for each in self.statements for output in each.switched_outputs)
         return next(((line, output) for line, output in named if output not in known), None)
+
+    def unknown_signal(self, known: dict[str, Collection[str] | None]) -> tuple[int, Signal] | None:
+        """Line and signal of the first one that a statement asks for and that is not `known`; by kind, None: unsaid."""
+        for each in self.statements:
+            for signal in each.signals:
+                names = known[signal.kind]
+                if names is not None and signal.name not in names:
+                    return each.line, signal
+        return None
 
     def text_of(self, line: int) -> str:
         """The text of a line (from 1) without its comment; empty for lines outside the program."""

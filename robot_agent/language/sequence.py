@@ -6,10 +6,10 @@ from typing import Self
 
 from robot_agent.language.statement import Reading, Statement, Walk, statement
 from robot_agent.language.steps import Finished, Meet, Pause, ProgramFault, Switch, TrackingOff, TrackingOn
-from robot_agent.language.words import Mistake, Word, number
+from robot_agent.language.words import Mistake, Word, number, signal_name
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
-_MAX_WAIT_S = 3600.0
+MAX_WAIT_S = 3600.0
 _MAX_JUMPS = 1_000_000
 
 
@@ -52,10 +52,11 @@ class SetOutput(Statement):
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        if len(words) != 3 or words[1].text.upper() != "DO":
+        named = signal_name(words, 1, "DO")
+        if named is None or named[1] != len(words):
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, f"{words[0].text.upper()} DO and the name of an output")
-        word = words[2]
+        word = named[0]
         if reading.names.outputs is not None and word.text not in reading.names.outputs:
             known = ", ".join(sorted(reading.names.outputs)) or "this robot has none in its drives file"
             raise Mistake(word.column, f"unknown output `{word.text}`", f"a name of outputs: {known}")
@@ -93,7 +94,6 @@ class SwitchSpace(Statement):
         walk.spaces_off = walk.spaces_off - {self.space} if self.on else walk.spaces_off | {self.space}
 
 
-@statement("WAIT")
 @dataclass(frozen=True, slots=True)
 class Wait(Statement):
     """`WAIT s`: stand still."""
@@ -104,8 +104,8 @@ class Wait(Statement):
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
         word = _only_argument(words, "a time in seconds")
         duration_s = number(word.text, word)
-        if not 0 <= duration_s <= _MAX_WAIT_S:
-            raise Mistake(word.column, f"WAIT {word.text}", f"0 to {_MAX_WAIT_S:g} s")
+        if not 0 <= duration_s <= MAX_WAIT_S:
+            raise Mistake(word.column, f"WAIT {word.text}", f"0 to {MAX_WAIT_S:g} s")
         return cls(line, duration_s)
 
     def run(self, _walk: Walk) -> Pause:
@@ -132,8 +132,8 @@ class MeetOthers(Statement):
         timeout_s = None
         if len(words) == 4:
             timeout_s = number(words[3].text, words[3])
-            if not 0 < timeout_s <= _MAX_WAIT_S:
-                raise Mistake(words[3].column, f"TIMEOUT {words[3].text}", f"more than 0, up to {_MAX_WAIT_S:g} s")
+            if not 0 < timeout_s <= MAX_WAIT_S:
+                raise Mistake(words[3].column, f"TIMEOUT {words[3].text}", f"more than 0, up to {MAX_WAIT_S:g} s")
         return cls(line, word.text, timeout_s)
 
     def run(self, walk: Walk) -> Meet | ProgramFault:
@@ -182,7 +182,7 @@ class Goto(Statement):
             if value != int(value) or not 1 <= value <= _MAX_JUMPS:
                 raise Mistake(words[2].column, f"count {words[2].text}", f"a whole number, 1 to {_MAX_JUMPS}")
             count = int(value)
-        reading.linked.append((reading.place, lambda: cls(line, _place_of(words[1], reading.labels), count)))
+        reading.linked.append((reading.place, lambda: cls(line, place_of(words[1], reading.labels), count)))
         return cls(line, 0, count)
 
     def run(self, walk: Walk) -> None:
@@ -219,7 +219,8 @@ def _only_argument(words: list[Word], what: str) -> Word:
     return words[1]
 
 
-def _place_of(word: Word, labels: dict[str, int]) -> int:
+def place_of(word: Word, labels: dict[str, int]) -> int:
+    """Index of the statement after the label that a word names, or Mistake."""
     if word.text not in labels:
         allowed = f"a label of this program: {', '.join(sorted(labels)) or 'it has none'}"
         raise Mistake(word.column, f"unknown label `{word.text}`", allowed)

@@ -7,14 +7,15 @@ that the robot knows (`robot_agent.language.steps`, a move of the flange), or a 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Self, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from robot_agent.language.names import Names
 from robot_agent.language.words import Word
 
 if TYPE_CHECKING:
+    from robot_agent.language.conditions import Branches, Ways
     from robot_agent.language.interpreter import Step
-    from robot_agent.language.steps import Switch
+    from robot_agent.language.steps import Mark, Signal
 
 
 @dataclass(slots=True)
@@ -28,6 +29,10 @@ class Reading:
     """Name: index of the statement after the label."""
     linked: list[tuple[int, Callable[[], "Statement"]]] = field(default_factory=list)
     """Statements to be made once all labels are known, by their index; making one may raise Mistake."""
+    ifs: list["Branches"] = field(default_factory=list)
+    """Those that are open, the innermost one last."""
+    variables: set[str] = field(default_factory=set)
+    """That some LET sets."""
 
 
 @dataclass(slots=True)
@@ -47,6 +52,16 @@ class Walk:
     """Parts that the robot holds, or may hold; None where nobody says: then both ATTACH and DETACH may come first."""
     switched: int = 0
     """Outputs, since the program began."""
+    raised: int = 0
+    """Flags that nobody waits for, since the program began."""
+    variables: dict[str, float] = field(default_factory=dict)
+    """Those that are set."""
+    ahead: bool = False
+    """While LOOKAHEAD is on."""
+    known: Callable[["Signal"], bool | None] = lambda _: None
+    """Whether an input or output is on now; None where nobody knows."""
+    ways: "Ways | None" = None
+    """For checks: which way a fork goes; variables have no values then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,17 +73,27 @@ class Statement(ABC):
 
     @classmethod
     @abstractmethod
-    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+    def read(cls, line: int, words: list[Word], reading: Reading) -> "Statement":
         """The statement in these words, the first of which is one of its own. Raises Mistake."""
 
     @abstractmethod
-    def run(self, walk: Walk) -> "Step | Switch | None":
+    def run(self, walk: Walk) -> "Step | Mark | None":
         """What the robot does here; None: nothing, the walk goes on."""
 
     @property
     def switched_outputs(self) -> tuple[str, ...]:
         """The digital outputs that it may switch; a robot that lacks one does not run the program."""
         return ()
+
+    @property
+    def signals(self) -> tuple["Signal", ...]:
+        """The inputs and outputs that it asks for; a robot that lacks one does not run the program."""
+        return ()
+
+    @property
+    def forks(self) -> bool:
+        """Whether the program may go on in two places after it, by what is asked."""
+        return False
 
 
 S = TypeVar("S", bound=Statement)

@@ -1,8 +1,10 @@
 """What a robot does on an operator's call: allowed in which mode, and in what words."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 from cell.messages import (
+    AnswerFlag,
     Command,
     Continue,
     Disable,
@@ -33,6 +35,7 @@ from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.program.path_gap import Gap
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.program.waits import Waits
 
 _MOVING = (Enable, Run, Continue, Return, Step, Jog)
 """Calls that move a robot, or let it be moved."""
@@ -52,6 +55,8 @@ class Situation:
     """As its drives measure it."""
     kept_still: str = ""
     """Why nothing may move the robot now; empty when it may."""
+    inputs: Collection[str] | None = None
+    """Of the robot; None before its gateway has told them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,11 +95,13 @@ class Decisions:
         corrections: Corrections,
         interruption: Interruption,
         parts: HeldParts,
+        waits: Waits,
     ) -> None:
         self._robot = robot
         self._run = run
         self._interruption = interruption
         self._parts = parts
+        self._waits = waits
         self._pace = pace
         self._jogging = jogging
         self._corrections = corrections
@@ -139,6 +146,9 @@ class Decisions:
                 return self._manual(on, mode)
             case SetPart(part):
                 return self._hold(part, mode, situation)
+            case AnswerFlag(flag):
+                why = self._waits.answer(flag)
+                return Refused(f"{self._robot}: {why}") if why else Done(f"{self._robot}: M {flag} is answered", mode)
             case Jog():
                 return self._jog(command, mode, situation, made_at)
             case ResetRobot():
@@ -172,8 +182,8 @@ class Decisions:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if situation.refused_by_manager:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
-        if self._run.unknown_output:
-            return Refused(f"{self._robot} cannot run its program: {self._run.unknown_output}")
+        if unknown := self._run.unknown_output or self._run.unknown_signal(situation.inputs):
+            return Refused(f"{self._robot} cannot run its program: {unknown}")
         if self._run.uses_parts and not self._parts.known:
             words = "|".join((*self._parts.names, "none"))
             return Refused(

@@ -11,7 +11,7 @@ from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import joint_target, pose_target
 from robot_agent.kinematics import KinematicsError
-from robot_agent.language import FlangeStep, JointStep, LineStep, SplineStep, Switch
+from robot_agent.language import FlangeStep, JointStep, LineStep, Mark, SplineStep
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
@@ -241,7 +241,7 @@ def _lines(sequence: Sequence) -> tuple[int, ...]:
     return tuple(block.line for block in sequence.blocks)
 
 
-def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Switch, ...], ...]:
+def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Mark, ...], ...]:
     return tuple(step.switches for step in request.steps)
 
 

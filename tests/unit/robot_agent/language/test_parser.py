@@ -92,8 +92,8 @@ def test_a_jump_points_behind_its_label_even_when_the_label_comes_later() -> Non
     [
         (
             "FLY X=1",
-            "1:1: found `FLY`, allowed one of MJ, ML, MC, MS, HOME, TANG, ATTACH, DETACH, TRACK, "
-            "SET, RESET, SPACE, WAIT, MEET, LABEL, GOTO, END",
+            "1:1: found `FLY`, allowed one of TRACK, SET, RESET, SPACE, MEET, LABEL, GOTO, END, WAIT, IF, ELSE, ENDIF, "
+            "LET, M, LOOKAHEAD, MJ, ML, MC, MS, HOME, TANG, ATTACH, DETACH",
         ),
         ("MJ", "1:1: found MJ without a joint, allowed at least one of J1, J2, J3, J4, J5, J6"),
         (
