@@ -1,6 +1,6 @@
 """The text of every robot's program."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from cell.commands.checks.edges import idle_edges
@@ -10,6 +10,7 @@ from cell.config.document import Document, Naming, read_text
 from cell.config.problem import Problem, Severity
 from robot_agent.kinematics import Model
 from robot_agent.language import Names, Program, ProgramError, parse_program
+from robot_agent.language.names import Known
 from robot_agent.model.checks import expected_joints
 
 
@@ -28,8 +29,7 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
             linear = {name for name, joint in model.joints.items() if joint.linear}
             try:
                 corrections = document.keys(("robots", robot, "corrections"))
-                outputs, spaces = _outputs(document, named, robot), _spaces(document, robot)
-                meetings = _meetings(document, robot)
+                inputs, outputs = _signals(document, named, robot)
                 program = parse_program(
                     text,
                     file.name,
@@ -38,9 +38,10 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
                         linear=linear,
                         corrections=corrections,
                         outputs=outputs,
-                        spaces=spaces,
+                        inputs=inputs,
+                        spaces=_spaces(document, robot),
                         parts=model.parts,
-                        meetings=meetings,
+                        meetings=_meetings(document, robot),
                     ),
                 )
             except ProgramError as error:
@@ -52,13 +53,13 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
                 yield from _reach(models[robot], program, file)
 
 
-def _outputs(document: Document, named: NamedFiles, robot: str) -> Collection[str] | None:
-    """What the robot's drives can switch; None where nobody can look at its drives file."""
+def _signals(document: Document, named: NamedFiles, robot: str) -> tuple[Known, Known]:
+    """The inputs and outputs of the robot's drives file; None where nobody can look at it."""
     gateway = document.value(("robots", robot, "gateway"))
     for name, _, drives in named.usable_drives():
         if name == gateway and robot in drives.robots:
-            return drives.robots[robot].outputs
-    return None
+            return drives.robots[robot].inputs, drives.robots[robot].outputs
+    return None, None
 
 
 def _spaces(document: Document, robot: str) -> list[str]:

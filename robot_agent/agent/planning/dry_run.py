@@ -7,18 +7,21 @@ import numpy as np
 from robot_agent.agent.planning.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, Plan, PlanFailed, Planned
-from robot_agent.language import Finished, Program, ProgramFault, held_before
+from robot_agent.language import Finished, Program, ProgramFault, Ways, held_before
 
 
-def dry_run(planner: Planner, program: Program, longest_s: float) -> tuple[list[Planned], PlanFailed | None]:
+def dry_run(
+    planner: Planner, program: Program, longest_s: float, ways: Ways | None = None
+) -> tuple[list[Planned], PlanFailed | None]:
     """The motions of a program from home, its pauses left out, and the failure that ends it, if one does.
 
     It begins without a part, or with any of the robot's parts where DETACH comes first. A program that never ends is
-    cut off once its motions last `longest_s`, or where it goes round without one.
+    cut off once its motions last `longest_s`, or where it goes round without one. Inputs and variables are nobody's:
+    at each fork of the program it goes by `ways`, the first time as if the condition held, then as if it did not.
     """
     lookahead = Lookahead()
     held = held_before(program, planner.model.description.parts)
-    lookahead.start(program, np.asarray(planner.model.home), held)
+    lookahead.start(program, np.asarray(planner.model.home), held, Ways() if ways is None else ways)
     motions: list[Planned] = []
     still = _Round()
     while sum(planned.motion.duration_s for planned in motions) < longest_s:

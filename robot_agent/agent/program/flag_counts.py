@@ -17,10 +17,12 @@ class FlagCounts:
         """By flag, how often it was raised."""
         self._counted = 0
         """The highest number of a mark that was."""
+        self._ahead: tuple[FlagMark, ...] = ()
+        """On the motion that the robot was seen on last."""
 
     def drop(self) -> None:
         """A run begins."""
-        self.raised, self._counted = {}, 0
+        self.raised, self._counted, self._ahead = {}, 0, ()
 
     def count(self, marks: Iterable[Mark]) -> None:
         """The robot has come to these places."""
@@ -30,7 +32,14 @@ class FlagCounts:
                 self.raised[mark.flag] = self.raised.get(mark.flag, 0) + 1
 
     def follow(self, path: Planned, tau: float) -> None:
-        """The robot is at path time `tau` [s] of this motion; each motion is followed up to its end."""
-        for end, marks in zip(path.motion.ends.tolist(), path.switches, strict=False):
-            if end <= tau + _AT_S:
-                self.count(marks)
+        """The robot is at path time `tau` [s] of this motion, and has passed all of those before it."""
+        places = [
+            (end, mark)
+            for end, marks in zip(path.motion.ends.tolist(), path.switches, strict=False)
+            for mark in marks
+            if isinstance(mark, FlagMark)
+        ]
+        here = tuple(mark for _, mark in places)
+        self.count(mark for mark in self._ahead if mark not in here)
+        self.count(mark for end, mark in places if end <= tau + _AT_S)
+        self._ahead = here
