@@ -32,6 +32,7 @@ COMMANDS = {
     "step": Subcommand(".operator.robot_orders", "step", f"cell step left -f {FILE}"),
     "override": Subcommand(".operator.robot_orders", "override", f"cell override left 30 -f {FILE}"),
     "part": Subcommand(".operator.robot_orders", "part", f"cell part left none -f {FILE}"),
+    "flag": Subcommand(".operator.robot_orders", "flag", f"cell flag left 7 -f {FILE}"),
     "manual": Subcommand(".operator.robot_orders", "manual", f"cell manual left on -f {FILE}"),
     "jog": Subcommand(".operator.jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),
     "disable": Subcommand(".operator.robot_orders", "disable", f"cell disable left -f {FILE}"),

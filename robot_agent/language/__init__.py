@@ -4,7 +4,7 @@ What a statement is called, how it is read and what it does stands in its class;
 imported here (`docs/architecture.md`, 2.1).
 """
 
-from robot_agent.language.conditions import Else, EndIf, If, Let, LookAhead, RaiseFlag, WaitInput, Ways
+from robot_agent.language.conditions import Else, EndIf, If, Let, LookAhead, RaiseFlag, Wait, WaitInput, Ways
 from robot_agent.language.interpreter import Interpreter, Step, forks
 from robot_agent.language.moves import (
     ArcStep,
@@ -24,7 +24,7 @@ from robot_agent.language.names import Names
 from robot_agent.language.parser import parse_program
 from robot_agent.language.parts import Attach, Detach, held_before, uses_parts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
-from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, SwitchSpace, Track, Wait
+from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, SwitchSpace, Track
 from robot_agent.language.statement import STATEMENTS, Statement
 from robot_agent.language.steps import (
     AwaitAnswer,

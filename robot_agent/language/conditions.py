@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
-from robot_agent.language.sequence import MAX_WAIT_S, Wait, place_of
+from robot_agent.language.sequence import MAX_WAIT_S, only_argument, place_of
 from robot_agent.language.statement import Reading, Statement, Walk, statement
-from robot_agent.language.steps import AwaitAnswer, AwaitInput, Decide, FlagMark, ProgramFault, Signal, Test
+from robot_agent.language.steps import AwaitAnswer, AwaitInput, Decide, FlagMark, Pause, ProgramFault, Signal, Test
 from robot_agent.language.words import Mistake, Word, number, signal_name
 
 _COMPARED = re.compile(r"<>|<=|>=|[<>=]|[^\s<>=]+")
@@ -131,6 +131,7 @@ class Ways:
 
 
 @statement("WAIT")
+@dataclass(frozen=True, slots=True)
 class AnyWait(Statement):
     """`WAIT s`, `WAIT DI name`: stand still for a time, or for an input."""
 
@@ -141,7 +142,25 @@ class AnyWait(Statement):
 
 
 @dataclass(frozen=True, slots=True)
-class WaitInput(Statement):
+class Wait(AnyWait):
+    """`WAIT s`: stand still."""
+
+    duration_s: float
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
+        word = only_argument(words, "a time in seconds")
+        duration_s = number(word.text, word)
+        if not 0 <= duration_s <= MAX_WAIT_S:
+            raise Mistake(word.column, f"WAIT {word.text}", f"0 to {MAX_WAIT_S:g} s")
+        return cls(line, duration_s)
+
+    def run(self, _walk: Walk) -> Pause:
+        return Pause(self.line, self.duration_s)
+
+
+@dataclass(frozen=True, slots=True)
+class WaitInput(AnyWait):
     """`WAIT DI name [ON|OFF] [TIMEOUT s [GOTO label]]`: stand still until this input is on, or off."""
 
     input: str

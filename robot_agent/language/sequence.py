@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from robot_agent.language.statement import Reading, Statement, Walk, statement
-from robot_agent.language.steps import Finished, Meet, Pause, ProgramFault, Switch, TrackingOff, TrackingOn
+from robot_agent.language.steps import Finished, Meet, ProgramFault, Switch, TrackingOff, TrackingOn
 from robot_agent.language.words import Mistake, Word, number, signal_name
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
@@ -22,7 +22,7 @@ class Track(Statement):
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        word = _only_argument(words, "the name of a correction, or OFF")
+        word = only_argument(words, "the name of a correction, or OFF")
         if word.text.upper() == "OFF":
             return cls(line, None)
         if reading.names.corrections is not None and word.text not in reading.names.corrections:
@@ -94,24 +94,6 @@ class SwitchSpace(Statement):
         walk.spaces_off = walk.spaces_off - {self.space} if self.on else walk.spaces_off | {self.space}
 
 
-@dataclass(frozen=True, slots=True)
-class Wait(Statement):
-    """`WAIT s`: stand still."""
-
-    duration_s: float
-
-    @classmethod
-    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
-        word = _only_argument(words, "a time in seconds")
-        duration_s = number(word.text, word)
-        if not 0 <= duration_s <= MAX_WAIT_S:
-            raise Mistake(word.column, f"WAIT {word.text}", f"0 to {MAX_WAIT_S:g} s")
-        return cls(line, duration_s)
-
-    def run(self, _walk: Walk) -> Pause:
-        return Pause(self.line, self.duration_s)
-
-
 @statement("MEET")
 @dataclass(frozen=True, slots=True)
 class MeetOthers(Statement):
@@ -151,7 +133,7 @@ class Label(Statement):
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        word = _only_argument(words, "a name")
+        word = only_argument(words, "a name")
         if not _NAME.match(word.text):
             raise Mistake(word.column, f"`{word.text}`", "a name of letters, digits and _, starting with a letter")
         if word.text in reading.labels:
@@ -213,7 +195,8 @@ class End(Statement):
         return Finished(self.line)
 
 
-def _only_argument(words: list[Word], what: str) -> Word:
+def only_argument(words: list[Word], what: str) -> Word:
+    """The one word after the first, which is `what`; or Mistake."""
     if len(words) != 2:
         raise Mistake(words[0].column, f"{len(words) - 1} words after {words[0].text.upper()}", what)
     return words[1]

@@ -1,4 +1,4 @@
-"""`cell run`, `halt`, `continue`, `return`, `step`, `override`, `manual`, `part`, `enable`, `disable`."""
+"""`cell run`, `halt`, `continue`, `return`, `step`, `override`, `manual`, `part`, `flag`, `enable`, `disable`."""
 
 from enum import Enum
 from pathlib import Path
@@ -9,7 +9,20 @@ import typer
 from cell.commands.client.connection import connect, report
 from cell.commands.operator.common_start import AHEAD_S, run_together
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
-from cell.messages import Command, Continue, Disable, Enable, Halt, Return, Run, SetManual, SetOverride, SetPart, Step
+from cell.messages import (
+    AnswerFlag,
+    Command,
+    Continue,
+    Disable,
+    Enable,
+    Halt,
+    Return,
+    Run,
+    SetManual,
+    SetOverride,
+    SetPart,
+    Step,
+)
 
 PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
 
@@ -117,6 +130,19 @@ def part(
     in or taken one out by hand. The robot is at rest; a program that is halted or interrupted ends by it.
     """
     _order(robot, SetPart(None if name.lower() == "none" else name), file, endpoint)
+
+
+def flag(
+    robot: RobotArgument,
+    number: Annotated[int, typer.Argument(metavar="N", min=0, max=999, help="Of the M at which it waits.")],
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Answer the flag at which a robot's program waits (`M n`): it goes on, and may move at once.
+
+    Refused where the program does not wait at this flag. One that is halted there goes on when it continues.
+    """
+    _order(robot, AnswerFlag(number), file, endpoint)
 
 
 def enable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

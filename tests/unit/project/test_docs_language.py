@@ -1,4 +1,4 @@
-"""The table of `docs/language.md` is the language."""
+"""The table of `docs/language.md` is the language, and its programs are read."""
 
 import re
 
@@ -7,8 +7,12 @@ import pytest
 from robot_agent.language import STATEMENTS, Names, parse_program
 from tests.unit.repository import ROOT
 
-TABLE = re.findall(r"^\| (`.*`) \|", (ROOT / "docs" / "language.md").read_text(), re.M)
+PAGE = (ROOT / "docs" / "language.md").read_text()
+TABLE = re.findall(r"^\| (`.*`) \|", PAGE, re.M)
 EXAMPLES = [example for cell in TABLE for example in re.findall("`(.*?)`", cell)]
+PROGRAMS = re.findall(r"^```\n(.*?)^```", PAGE, re.M | re.S)
+AROUND = {"IF": "{}\nENDIF", "ELSE": "IF 1 = 1\n{}\nENDIF", "ENDIF": "IF 1 = 1\n{}"}
+"""What some statements are not without."""
 
 
 def test_every_statement_has_an_example() -> None:
@@ -17,5 +21,15 @@ def test_every_statement_has_an_example() -> None:
 
 @pytest.mark.parametrize("example", EXAMPLES)
 def test_every_example_is_understood(example: str) -> None:
-    text = example if example.startswith("LABEL") else f"LABEL name\n{example}"
-    assert isinstance(parse_program(text, "p", Names(("J1", "J2"))).statements[-1], STATEMENTS[example.split()[0]])
+    text = AROUND.get(example.split()[0], "{}").format(example)
+    if not example.startswith("LABEL"):
+        text = f"LABEL name\nLET n = 0\n{text}"
+    line = text.splitlines().index(example) + 1
+    parsed = parse_program(text, "p", Names(("J1", "J2"))).statements
+    (statement,) = [each for each in parsed if each.line == line]
+    assert isinstance(statement, STATEMENTS[example.split()[0]])
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_every_program_is_understood(program: str) -> None:
+    assert parse_program(program, "p", Names(("J1", "J2", "J3", "J4", "J5", "J6"))).statements

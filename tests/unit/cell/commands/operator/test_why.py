@@ -74,3 +74,10 @@ def test_who_does_not_answer_is_the_end_of_it() -> None:
     seen = Snapshot({"left": _state("left", NEAR)}, manager=_manager())
     lines = explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)})
     assert lines == [f"left waits since 4.0 s: {NEAR}"]
+
+
+def test_a_wait_of_the_program_says_since_when() -> None:
+    waits = "M 7 waits for an answer: `cell flag left 7`"
+    state = _state("left", waits)
+    state = replace(state, program=replace(state.program, flag=7, waits_s=12.34))
+    assert explained("left", Snapshot({"left": state}, manager=_manager()), {}) == [f"left waits since 12.3 s: {waits}"]

@@ -165,14 +165,13 @@ def test_a_robot_without_the_input_or_output_does_not_begin() -> None:
 # Branches
 
 
-def test_an_if_goes_by_what_is_so_where_the_robot_is() -> None:
-    program = "MJ J1=20\nIF DI part\nMJ J1=40\nELSE\nMJ J1=-10\nENDIF\nMJ J2=5\nEND"
-    for part, place in ((True, 40.0), (False, -10.0)):
-        world = begun(program, part=not part)
-        until(world, lambda: j1(world) > 15.0)
-        told(world, part=part)
-        until(world, ended(world))
-        assert j1(world) == pytest.approx(place)
+@pytest.mark.parametrize(("part", "place"), [(True, 40.0), (False, -10.0)])
+def test_an_if_goes_by_what_is_so_where_the_robot_is(part: bool, place: float) -> None:
+    world = begun("MJ J1=20\nIF DI part\nMJ J1=40\nELSE\nMJ J1=-10\nENDIF\nMJ J2=5\nEND", part=not part)
+    until(world, lambda: j1(world) > 15.0)
+    told(world, part=part)
+    until(world, ended(world))
+    assert j1(world) == pytest.approx(place)
 
 
 def test_an_output_that_was_just_switched_is_on() -> None:
