@@ -74,6 +74,8 @@ class ProgramRun:
         """The program has come to this MEET, at rest."""
         self.at_wait: AwaitInput | AwaitAnswer | Decide | None = None
         """The program has come to this WAIT DI, M or IF, at rest."""
+        self._stands_at: Meet | AwaitInput | AwaitAnswer | Decide | None = None
+        """The newest step at which it waits, or was halted while it did."""
         self.held_up = ""
         """Why that is not done yet, for people."""
 
@@ -255,6 +257,8 @@ class ProgramRun:
         """Take the steps that move nothing, once the robot rests after its motion with all outputs switched."""
         self.outputs.executed(feedback.event, feedback.tick)
         self.to_hold = self.at_meeting = self.at_wait = None
+        if not executive.at_motion_end or self._stands_at is not self.lookahead.head:
+            self._stands_at = None
         if self.running:
             self.variables = self.lookahead.variables
             playing = executive.timeline.at(feedback.tick)[0]
@@ -292,9 +296,9 @@ class ProgramRun:
                 case HoldParts() if executive.at_rest(tick):
                     self.to_hold = head
                 case Meet() if executive.at_rest(tick):
-                    self.at_meeting = head
+                    self.at_meeting = self._stands_at = head
                 case AwaitInput() | AwaitAnswer() | Decide():
-                    self.at_wait = head
+                    self.at_wait = self._stands_at = head
                 case Finished(line):
                     self.state, self.line, self.correction = ProgramState.DONE, line, ""
                     self.lookahead.stop()
@@ -358,9 +362,8 @@ class ProgramRun:
             return
         line, begin, _ = self._pause
         moving = playing.path.line_at(playing.path_state(tick).tau)
-        standing = self.at_meeting or self.at_wait
-        if standing is not None:
-            self.line = standing.line
+        if self._stands_at is not None and self._stands_at is self.lookahead.head:
+            self.line = self._stands_at.line
         elif line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
             self.line = line
         elif moving > 0:

@@ -46,7 +46,7 @@ class Waits:
             self._tick = None
             return
         if step is not self._step:
-            self._step, self._waited, self._answered = step, 0, False
+            self._step, self._tick, self._waited, self._answered = step, None, 0, False
         if self._tick is None:
             self._since = self._now
         else:
