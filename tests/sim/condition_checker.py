@@ -20,7 +20,7 @@ from tests.unit.agent_world import STEP_S, AgentWorld
 _LONGEST_S = 200.0
 _TIMEOUT_S = 1.0
 _IN_TIME_S = 0.3
-_HALTED = 0.02
+_HALTED, _HALTED_AT_TIMEOUT = 0.02, 0.08
 """Share of the steps that begin with a halt."""
 
 
@@ -85,7 +85,8 @@ class Written:
             name = self.names
             match node:
                 case Do(flag, waits):
-                    move = [] if waits else [f"MJ J1={self.rng.randint(-8, 8)} J2={self.rng.randint(-4, 4)} R=5"]
+                    edge = self.rng.choice(["", " R=5"])
+                    move = [] if waits else [f"MJ J1={self.rng.randint(-8, 8)} J2={self.rng.randint(-4, 4)}{edge}"]
                     self.lines += [*move, f"M {flag}" if waits else f"M {flag} ASYNC"]
                 case Fork(timed, holds, otherwise):
                     asked = f"WAIT DI part TIMEOUT {_TIMEOUT_S} GOTO late{name}" if timed else "IF DI part"
@@ -170,7 +171,10 @@ class Checked:
                 return
 
     def _halt_perhaps(self) -> None:
-        if self._rng.random() < _HALTED and self.world.state.mode is Mode.RUNNING:
+        program = self.world.state.program
+        timed = program.waits_s is not None and self._written.forks.get(program.line, False)
+        share = _HALTED_AT_TIMEOUT if timed else _HALTED
+        if self._rng.random() < share and self.world.state.mode is Mode.RUNNING:
             self.world.call(Halt())
             for _ in range(self._rng.randint(1, 60)):
                 self.world.step()
