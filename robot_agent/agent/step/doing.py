@@ -190,8 +190,8 @@ class Running(Standing):
         return part or isinstance(item, Meet | AwaitInput | AwaitAnswer | Decide)
 
     def _reason(self, resting: Executive | None, tick: int, now: float) -> Cause:
-        if resting is None:
-            return Cause("")
+        if resting is None:  # what it follows may move it while its program waits
+            return Cause(self.run.held_up if self.run.at_wait is not None else "")
         why = self.run.why_idle(tick, resting.cycle_s) or self.corrections.waiting
         return Cause(why) if why else self._held_back(resting, self.run.follower, self.pace.override, now)
 
