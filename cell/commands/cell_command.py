@@ -34,6 +34,7 @@ COMMANDS = {
     "override": Subcommand(".operator.robot_orders", "override", f"cell override left 30 -f {FILE}"),
     "tool": Subcommand(".operator.robot_orders", "tool", f"cell tool left none -f {FILE}"),
     "part": Subcommand(".operator.robot_orders", "part", f"cell part left none -f {FILE}"),
+    "flag": Subcommand(".operator.robot_orders", "flag", f"cell flag left 7 -f {FILE}"),
     "manual": Subcommand(".operator.robot_orders", "manual", f"cell manual left on -f {FILE}"),
     "jog": Subcommand(".operator.jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),
     "teach": Subcommand(".operator.point", "teach", f"cell teach left pick -f {FILE}"),

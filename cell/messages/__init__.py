@@ -60,6 +60,7 @@ from cell.messages.manager_state import (
 from cell.messages.meeting import Arrival, Attendance, MeetingStatus, Meets
 from cell.messages.presence import Body, Presence
 from cell.messages.robot_commands import (
+    AnswerFlag,
     Continue,
     Disable,
     Enable,
@@ -98,6 +99,7 @@ __all__ = [
     "STATES",
     "AcceptPosition",
     "AdoptZone",
+    "AnswerFlag",
     "Arrival",
     "Assurance",
     "Attendance",

@@ -5,7 +5,7 @@ from enum import Enum
 from typing import ClassVar
 
 from cell.messages.call import SWITCHED_ON_WITHIN_S, Command, command
-from cell.messages.common import CellTime, Name, Number
+from cell.messages.common import CellTime, Count, Name, Number
 from cell.messages.jog import JogFrame
 
 
@@ -106,6 +106,15 @@ class SetPart(Command):
     verb: ClassVar[str] = "part"
     part: Name | None
     """Of its robot file; None for nothing."""
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class AnswerFlag(Command):
+    """Let a program go on that waits at `M` with this flag; halted, it goes on there when it continues."""
+
+    verb: ClassVar[str] = "flag"
+    flag: Count
 
 
 @command("robot")

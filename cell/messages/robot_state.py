@@ -54,6 +54,14 @@ class ProgramStatus:
     error: Text = ""
     planned_to: Count = 0
     """Line of the newest move that is planned, or being planned; 0 for none."""
+    variables: Annotated[dict[Name, Number], Few] = field(default_factory=dict)
+    """Those that are set, as far as the program is interpreted, which is ahead of the motion."""
+    flag: Count | None = None
+    """Of the `M` at which the program waits until somebody answers it."""
+    waits_s: Duration | None = None
+    """How long it has waited at the present WAIT DI, M or IF, without the time that it was halted; None elsewhere."""
+    raised: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
+    """Flag of `M n ASYNC`: how often it was raised since the program began."""
 
 
 @dataclass(frozen=True, slots=True)

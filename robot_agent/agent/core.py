@@ -50,6 +50,7 @@ from robot_agent.agent.program.meetings import Meetings
 from robot_agent.agent.program.mounted_now import MountedNow
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.program.waits import Waits
 from robot_agent.agent.space.shared_space import SharedSpace, Use
 from robot_agent.agent.step.doing import doing
 from robot_agent.agent.step.progress import Progress
@@ -103,8 +104,9 @@ class AgentCore:
         self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
         self.mounted = MountedNow()
         self.teaching = Teaching(robot, cell, program, self._frames)
-        doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted, self.teaching
-        decisions = Decisions(robot, *doers)
+        self.waits = Waits(robot, self.run, self.pace, self.zones.signals)
+        doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted
+        decisions = Decisions(robot, *doers, self.teaching, self.waits)
         self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions, self.teaching)
         self.mode = Mode.STARTING
         self._owner = 0
@@ -119,7 +121,7 @@ class AgentCore:
         parts = self.run, self.zones, self.pace, self.jogging, self.corrections, self.interruption
         self._doing = functools.partial(doing, (*parts, self.space))
         self._progress = Progress(
-            robot, cell.on_manager_return, *parts, self.meetings, self._doing, self.operator, self.report
+            robot, cell.on_manager_return, *parts, self.meetings, self.waits, self._doing, self.operator, self.report
         )
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
@@ -147,7 +149,7 @@ class AgentCore:
                 if self._frames.heard(message) and self._planner is not None:
                     self._planner.place(self._frames.present)
             case GatewayState():
-                self.zones.spaces.heard_gateway(message)
+                self.zones.signals.heard_gateway(message)
             case Estop():
                 self._hear_estop(message)
             case Correction() | ConveyorCount():
@@ -194,6 +196,7 @@ class AgentCore:
             self.clock.ticks_last(planner.cycle_s)
             self.corrections.place(planner.pose_world_base)
         feedback = feedback_in_joints(planner.model.coupling, feedback)
+        self.waits.look(feedback, planner.cycle_s, now)
         self._follow_drives(feedback, planner, now)
         self.mode, answers = self.operator.answer(self.mode, self._situation(feedback, planner), now)
         effects += answers
@@ -222,8 +225,9 @@ class AgentCore:
         kept_still = self.zones.kept_still or self._frames.why_still(state)
         standing = self._rest.standing
         return Situation(
-            self.executive, planner, self._estops.first, feedback, refusal, self.clock, standing, kept_still
-        )
+            self.executive, planner, self._estops.first, feedback, refusal, self.clock, standing, kept_still,
+            self.zones.signals.input_names,
+        )  # fmt: skip
 
     # What the drives, the e-stop and the manager impose on the mode
 
@@ -499,6 +503,7 @@ class AgentCore:
         )  # fmt: skip
         self.operator.sent_state(state.sequence, now)
         frames = {frame.frame: frame.version for frame in self._frames.present}
-        return Publish(
-            replace(state, frames=frames, tool=self.mounted.tool, part=self.mounted.part, clock=self.clock.status(now))
-        )
+        program, clock = self.waits.told(state.program), self.clock.status(now)
+        mounted = self.mounted
+        state = replace(state, program=program, frames=frames, tool=mounted.tool, part=mounted.part, clock=clock)
+        return Publish(state)

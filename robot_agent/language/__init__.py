@@ -4,7 +4,8 @@ What a statement is called, how it is read and what it does stands in its class;
 imported here (`docs/architecture.md`, 2.1).
 """
 
-from robot_agent.language.interpreter import Interpreter, Step
+from robot_agent.language.conditions import Else, EndIf, If, Let, LookAhead, RaiseFlag, Wait, WaitInput, Ways
+from robot_agent.language.interpreter import Interpreter, Step, forks
 from robot_agent.language.moves import (
     ActiveFrame,
     ArcStep,
@@ -24,14 +25,19 @@ from robot_agent.language.names import Names, Points, points_owner
 from robot_agent.language.parser import parse_program
 from robot_agent.language.parts import Attach, ChangeTool, Detach, changes_tools, mounted_before, mounts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
-from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, Speed, Sub, SwitchSpace, Track, Wait
+from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, Speed, Sub, SwitchSpace, Track
 from robot_agent.language.statement import STATEMENTS, Statement
 from robot_agent.language.steps import (
     BASE,
     Aim,
+    AwaitAnswer,
+    AwaitInput,
+    Decide,
     Finished,
+    FlagMark,
     Goal,
     JointStep,
+    Mark,
     Meet,
     Mount,
     MoveCaps,
@@ -39,8 +45,10 @@ from robot_agent.language.steps import (
     Pause,
     Position,
     ProgramFault,
+    Signal,
     Switch,
     SwitchNow,
+    Test,
     TrackingOff,
     TrackingOn,
 )
@@ -53,17 +61,27 @@ __all__ = [
     "Aim",
     "ArcStep",
     "Attach",
+    "AwaitAnswer",
+    "AwaitInput",
     "ChangeTool",
+    "Decide",
     "Detach",
+    "Else",
     "End",
+    "EndIf",
     "Finished",
+    "FlagMark",
     "Goal",
     "Goto",
     "Home",
+    "If",
     "Interpreter",
     "JointStep",
     "Label",
+    "Let",
     "LineStep",
+    "LookAhead",
+    "Mark",
     "Meet",
     "MeetOthers",
     "MotionStep",
@@ -84,7 +102,9 @@ __all__ = [
     "ProgramError",
     "ProgramFault",
     "ProgramProblem",
+    "RaiseFlag",
     "SetOutput",
+    "Signal",
     "Speed",
     "SplineStep",
     "Statement",
@@ -95,11 +115,15 @@ __all__ = [
     "SwitchSpace",
     "Tangent",
     "TcpStep",
+    "Test",
     "Track",
     "TrackingOff",
     "TrackingOn",
     "Wait",
+    "WaitInput",
+    "Ways",
     "changes_tools",
+    "forks",
     "mounted_before",
     "mounts",
     "parse_program",

@@ -1,18 +1,23 @@
 """Statements to steps: what the robot does next, with jumps and counters resolved. It runs ahead of the motion."""
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import replace
 
+from robot_agent.language.conditions import Ways
 from robot_agent.language.moves import MotionStep
 from robot_agent.language.program import Program
 from robot_agent.language.statement import Walk
 from robot_agent.language.steps import (
+    AwaitAnswer,
+    AwaitInput,
+    Decide,
     Finished,
+    Mark,
     Meet,
     Mount,
     Pause,
     ProgramFault,
-    Switch,
+    Signal,
     SwitchNow,
     TrackingOff,
     TrackingOn,
@@ -23,55 +28,112 @@ _MAX_IDLE_STATEMENTS = 10_000
 _MAX_SWITCHES = 100
 """At one place."""
 
-Step = MotionStep | Pause | SwitchNow | Mount | Meet | TrackingOn | TrackingOff | Finished | ProgramFault
+Fork = Decide | AwaitInput
+"""After one the program goes on in one of two places; after `AwaitInput` only where that has a target."""
+Step = (
+    MotionStep
+    | Pause
+    | SwitchNow
+    | Mount
+    | Meet
+    | AwaitInput
+    | AwaitAnswer
+    | Decide
+    | TrackingOn
+    | TrackingOff
+    | Finished
+    | ProgramFault
+)
+
+
+def _nothing(_signal: Signal) -> None:
+    """Of no signal anything is known."""
+
+
+def forks(step: object) -> bool:
+    """Whether a step has to be decided before anybody knows what comes next."""
+    return isinstance(step, Decide) or (isinstance(step, AwaitInput) and step.target is not None)
 
 
 class Interpreter:
-    """Walks through a program, one `Step` at a call; after `Finished` or `ProgramFault` it repeats that step.
+    """Walks through a program, one `Step` at a call.
+
+    After `Finished` or `ProgramFault` it repeats that step, and one that forks until that is decided.
 
     Outputs that are switched after a move are part of its step, so it looks one step farther.
     """
 
-    def __init__(self, program: Program, mounted: Mounted | None = None) -> None:
-        """`mounted` is what the robot carries, or may carry, before it; None where that does not matter."""
+    def __init__(
+        self,
+        program: Program,
+        mounted: Mounted | None = None,
+        known: Callable[[Signal], bool | None] = _nothing,
+        ways: Ways | None = None,
+    ) -> None:
+        """`mounted` is what the robot carries, or may carry, before it; None where that does not matter.
+
+        `known` tells what LOOKAHEAD 1 asks for; with `ways` forks go as those say, and none has to be decided.
+        """
         self._program = program
-        self._at = Walk(points=program.points)
+        self._at = Walk(points=program.points, known=known, ways=ways)
         if mounted is not None:
             self._at.tools, self._at.held = mounted.tools, mounted.parts
+        self._open: Fork | None = None
+        """What has to be decided."""
         self._end: Finished | ProgramFault | None = None
-        self._following: Step | Switch | None = None
+        self._following: Step | Mark | None = None
         """What comes next, when it is known already."""
 
     def next(self) -> Step:
         """The next thing to do; statements that only steer the program are passed over."""
         first = self._following or self._walk()
         self._following = None
-        if not isinstance(first, Switch | MotionStep):
+        if not isinstance(first, Mark | MotionStep):
             return first
-        switches = [first] if isinstance(first, Switch) else []
-        while isinstance(following := self._walk(), Switch) and len(switches) < _MAX_SWITCHES:
+        switches = [first] if isinstance(first, Mark) else []
+        while isinstance(following := self._walk(), Mark) and len(switches) < _MAX_SWITCHES:
             switches.append(following)
-        if isinstance(following, Switch):
-            text = f"more than {_MAX_SWITCHES} SET DO or RESET DO at one place: put a motion or a WAIT into the loop"
+        if isinstance(following, Mark):
+            words = "SET DO, RESET DO or M ASYNC"
+            text = f"more than {_MAX_SWITCHES} {words} at one place: put a motion or a WAIT into the loop"
             following = self._finish(ProgramFault(following.line, text))
         self._following = following
-        if isinstance(first, Switch):
+        if isinstance(first, Mark):
             return SwitchNow(first.line, tuple(switches))
         return replace(first, switches=tuple(switches))
+
+    def decide(self, holds: bool) -> None:
+        """Go on after the step that forks: with the next statement, or elsewhere."""
+        fork, self._open = self._open, None
+        if fork is not None and fork.target is not None and not holds:
+            self._at.index = fork.target
+
+    @property
+    def variables(self) -> dict[str, float]:
+        """As they are where the walk is, ahead of the motion."""
+        return dict(self._at.variables)
 
     @property
     def place(self) -> Hashable:
         """Where the walk is: from equal places it goes on alike."""
         following = None if self._following is None else self._following.line
         at = self._at
-        switched = at.tangential_rad, at.tracking, at.spaces_off, at.tools, at.held, at.frame
+        switched = at.tangential_rad, at.tracking, at.spaces_off, at.tools, at.held, at.frame, at.ahead
         speeds = at.joint_speed, at.path_speed_m_s, at.speed_share
         calls = tuple((call.back, call.left, frozenset(call.jumps_left.items())) for call in at.calls)
-        return at.index, frozenset(at.jumps_left.items()), calls, switched, speeds, following
+        return (
+            at.index,
+            frozenset(at.jumps_left.items()),
+            calls,
+            frozenset(at.variables.items()),
+            switched,
+            speeds,
+            following,
+        )
 
-    def _walk(self) -> Step | Switch:
-        if self._end is not None:
-            return self._end
+    def _walk(self) -> Step | Mark:
+        if (repeated := self._end or self._open) is not None:
+            return repeated
         line, statements = 1, self._program.statements
         for _ in range(_MAX_IDLE_STATEMENTS):
             if self._at.index >= len(statements):
@@ -84,6 +146,8 @@ class Interpreter:
                 return self._finish(step)
             if isinstance(step, MotionStep):
                 return replace(step, spaces_off=self._at.spaces_off, mounted=self._at.mounted)
+            if isinstance(step, Fork) and forks(step) and self._at.ways is None:
+                self._open = step
             if step is not None:
                 return step
         text = f"{_MAX_IDLE_STATEMENTS} statements without a motion or WAIT: put one into the loop"

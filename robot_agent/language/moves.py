@@ -12,11 +12,11 @@ from robot_agent.language.steps import (
     Aim,
     Goal,
     JointStep,
+    Mark,
     MoveCaps,
     Orientation,
     Position,
     ProgramFault,
-    Switch,
 )
 from robot_agent.language.targets import NoTarget, aims, frame_in, settled
 from robot_agent.language.words import (
@@ -120,7 +120,7 @@ class MoveLine(Move):
     wrist_may_flip: bool = False
     tangential_rad: float | None = None
     """`TANG`, on every move of the TCP: the tool follows the direction of the path, at this angle to it."""
-    switches: tuple[Switch, ...] = ()
+    switches: tuple[Mark, ...] = ()
     """On every move: what is switched at its end."""
     spaces_off: frozenset[str] = frozenset()
     """On every move: the spaces that are switched off during it."""
@@ -160,7 +160,7 @@ class MoveArc(Move):
     """`H`: how far to go on the circle; the target is then only a point of it."""
     pace: MoveCaps = FREELY
     tangential_rad: float | None = None
-    switches: tuple[Switch, ...] = ()
+    switches: tuple[Mark, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     mounted: Mounted = NOTHING
     aim: Aim = HERE
@@ -215,7 +215,7 @@ class MoveSpline(Move):
     orientation_abc: Orientation | None
     pace: MoveCaps = FREELY
     tangential_rad: float | None = None
-    switches: tuple[Switch, ...] = ()
+    switches: tuple[Mark, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     mounted: Mounted = NOTHING
     aim: Aim = HERE

@@ -29,7 +29,9 @@ class Names:
     corrections: Known = None
     """Of `TRACK`."""
     outputs: Known = None
-    """Of `SET DO` and `RESET DO`."""
+    """Of `SET DO`, `RESET DO` and `IF DO`."""
+    inputs: Known = None
+    """Of `WAIT DI` and `IF DI`."""
     spaces: Known = None
     """Of `SPACE`."""
     tools: Known = None
@@ -49,7 +51,7 @@ class Names:
     def of(
         cls, cell: CellSettings, robot: str, described: RobotDescription, taught: PointsSettings | None = None
     ) -> Self:
-        """Those of a robot of the cell that was `taught` this; outputs are known to its gateway alone."""
+        """Those of a robot of the cell that was `taught` this; inputs and outputs are known to its gateway alone."""
         linear = (name for name, slides in zip(described.joint_names, described.linear, strict=False) if slides)
         return cls(
             described.joint_names,
@@ -63,6 +65,11 @@ class Names:
             points=Points() if taught is None else Points(taught.points),
             signals={} if taught is None else taught.signals,
         )
+
+    def input(self, name: str) -> str:
+        """The input that a name stands for."""
+        signal = self.signals.get(name)
+        return signal.name if signal is not None and signal.kind is SignalKind.INPUT else name
 
     def output(self, name: str) -> str:
         """The output that a name stands for."""

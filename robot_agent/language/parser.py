@@ -1,5 +1,6 @@
 """Program text to statements. All mistakes are found in one pass and reported together."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from cell.config.document import read_text
@@ -21,6 +22,7 @@ def parse_program(text: str, name: str, names: Names, folder: Path | None = None
     """
     reader = _Reader(names, folder)
     reader.read(text, name)
+    reader.link()
     if not reader.statements and not reader.problems:
         reader.problems.append(ProgramProblem(1, 1, "a program without statements", "at least one statement"))
     if not reader.problems:
@@ -41,12 +43,16 @@ class _Reader:
         self.ends: list[int] = []
         """Places behind the last statement of each file."""
         self._names, self._folder = names, folder
+        self._linked: list[tuple[str, int, int, Callable[[], Statement]]] = []
+        """File, lines before it, place and maker of each statement that is made once all are read."""
+        self._variables: set[str] = set()
         self._begins: dict[str, int] = {}
         """Files that are called: the place of their first statement."""
 
     def read(self, text: str, name: str, called: bool = False) -> None:
         """The statements of one file, and of those that it calls."""
-        reading, lines, before = Reading(self._names, self._begins), text.splitlines(), len(self.lines)
+        lines, before = text.splitlines(), len(self.lines)
+        reading = Reading(self._names, self._begins, variables=self._variables)
         file = name if called else ""
         self.lines += lines
         for number, written in enumerate(lines, 1):
@@ -63,11 +69,15 @@ class _Reader:
         for column, number_of, wanted in ((word.column, line, word.text) for line, word in reading.files):
             if wanted not in self._begins:
                 self._call(wanted, file, int(number_of) - before, column)
-        for index, make in reading.linked:
+        self._linked += [(file, before, place, make) for place, make in reading.linked]
+
+    def link(self) -> None:
+        """Make the statements that had to wait for labels, variables and files."""
+        for file, before, place, make in self._linked:
             try:
-                self.statements[index] = make()
+                self.statements[place] = make()
             except Mistake as mistake:
-                self._wrong(file, self.statements[index].line - before, mistake)
+                self._wrong(file, self.statements[place].line - before, mistake)
 
     def _call(self, wanted: str, file: str, line: int, column: int) -> None:
         if self._folder is None:

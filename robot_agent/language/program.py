@@ -7,6 +7,7 @@ from typing import Self
 from cell.config.points_file import PosePoint
 from robot_agent.language.names import Points
 from robot_agent.language.statement import Statement
+from robot_agent.language.steps import Signal
 from robot_agent.language.words import COMMENT
 
 
@@ -54,6 +55,15 @@ class Program:
     def place_of(self, line: int) -> tuple[str, int]:
         """File and number of a line: those of the file that the program calls, where it is one of that."""
         return (line.file, line.number) if isinstance(line, CalledLine) else (self.name, line)
+
+    def unknown_signal(self, known: dict[str, Collection[str] | None]) -> tuple[int, Signal] | None:
+        """Line and signal of the first one that a statement asks for and that is not `known`; by kind, None: unsaid."""
+        for each in self.statements:
+            for signal in each.signals:
+                names = known[signal.kind]
+                if names is not None and signal.name not in names:
+                    return each.line, signal
+        return None
 
     def text_of(self, line: int) -> str:
         """The text of a line (from 1) without its comment; empty for lines outside the program."""

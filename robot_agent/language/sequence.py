@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from robot_agent.language.statement import STATEMENTS, Reading, Statement, SubCall, Walk, statement
-from robot_agent.language.steps import Finished, Meet, Pause, ProgramFault, Switch, TrackingOff, TrackingOn
-from robot_agent.language.words import Mistake, Word, number, percent, unknown
+from robot_agent.language.steps import Finished, Meet, ProgramFault, Switch, TrackingOff, TrackingOn
+from robot_agent.language.words import Mistake, Word, number, percent, signal_name, unknown
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
-_MAX_WAIT_S = 3600.0
+MAX_WAIT_S = 3600.0
 _MAX_JUMPS = 1_000_000
 MOST_CALLS = 20
 """Subroutines within one another."""
@@ -25,7 +25,7 @@ class Track(Statement):
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        word = _only_argument(words, "the name of a correction, or OFF")
+        word = only_argument(words, "the name of a correction, or OFF")
         if word.text.upper() in ("OFF", "0"):
             return cls(line, None)
         if reading.names.corrections is not None and word.text not in reading.names.corrections:
@@ -60,10 +60,11 @@ class SetOutput(Statement):
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        if len(words) != 3 or words[1].text.upper() != "DO":
+        named = signal_name(words, 1, "DO")
+        if named is None or named[1] != len(words):
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, f"{words[0].text.upper()} DO and the name of an output")
-        word = words[2]
+        word = named[0]
         output = reading.names.output(word.text)
         if reading.names.outputs is not None and output not in reading.names.outputs:
             raise unknown(
@@ -116,25 +117,6 @@ class SwitchSpace(Statement):
         return True
 
 
-@statement("WAIT")
-@dataclass(frozen=True, slots=True)
-class Wait(Statement):
-    """`WAIT s`: stand still."""
-
-    duration_s: float
-
-    @classmethod
-    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
-        word = _only_argument(words, "a time in seconds")
-        duration_s = number(word.text, word)
-        if not 0 <= duration_s <= _MAX_WAIT_S:
-            raise Mistake(word.column, f"WAIT {word.text}", f"0 to {_MAX_WAIT_S:g} s")
-        return cls(line, duration_s)
-
-    def run(self, _walk: Walk) -> Pause:
-        return Pause(self.line, self.duration_s)
-
-
 @statement("MEET")
 @dataclass(frozen=True, slots=True)
 class MeetOthers(Statement):
@@ -156,8 +138,8 @@ class MeetOthers(Statement):
         timeout_s = None
         if len(words) == 4:
             timeout_s = number(words[3].text, words[3])
-            if not 0 < timeout_s <= _MAX_WAIT_S:
-                raise Mistake(words[3].column, f"TIMEOUT {words[3].text}", f"more than 0, up to {_MAX_WAIT_S:g} s")
+            if not 0 < timeout_s <= MAX_WAIT_S:
+                raise Mistake(words[3].column, f"TIMEOUT {words[3].text}", f"more than 0, up to {MAX_WAIT_S:g} s")
         return cls(line, word.text, timeout_s)
 
     def run(self, walk: Walk) -> Meet | ProgramFault:
@@ -175,7 +157,7 @@ class Label(Statement):
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
-        word = _only_argument(words, "a name")
+        word = only_argument(words, "a name")
         if not _NAME.match(word.text):
             raise Mistake(word.column, f"`{word.text}`", "a name of letters, digits and _, starting with a letter")
         if word.text.upper() in STATEMENTS:
@@ -206,7 +188,7 @@ class Goto(Statement):
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         count = _count(words, "a label and, if wanted, a count")
         name = words[1]
-        reading.linked.append((reading.place, lambda: cls(line, _place_of(name, reading.labels), count)))
+        reading.linked.append((reading.place, lambda: cls(line, place_of(name, reading.labels), count)))
         return cls(line, 0, count)
 
     def run(self, walk: Walk) -> None:
@@ -255,7 +237,7 @@ class Sub(Statement):
                 (reading.place, lambda: cls(line, reading.begins.get(name.text, 0), count, name.text))
             )
         else:
-            reading.linked.append((reading.place, lambda: cls(line, _place_of(name, reading.labels), count)))
+            reading.linked.append((reading.place, lambda: cls(line, place_of(name, reading.labels), count)))
         return cls(line, 0, count)
 
     def run(self, walk: Walk) -> "ProgramFault | None":
@@ -313,7 +295,7 @@ class Speed(Statement):
 
     @classmethod
     def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
-        word = _only_argument(words, "percent of the speed that each move is given")
+        word = only_argument(words, "percent of the speed that each move is given")
         return cls(line, percent((number(word.text, word), word), words[0]))
 
     def run(self, walk: Walk) -> None:
@@ -324,7 +306,8 @@ class Speed(Statement):
         return True
 
 
-def _only_argument(words: list[Word], what: str) -> Word:
+def only_argument(words: list[Word], what: str) -> Word:
+    """The one word after the first, which is `what`; or Mistake."""
     if len(words) != 2:
         raise Mistake(words[0].column, f"{len(words) - 1} words after {words[0].text.upper()}", what)
     return words[1]
@@ -342,7 +325,8 @@ def _count(words: list[Word], allowed: str) -> int | None:
     return int(value)
 
 
-def _place_of(word: Word, labels: dict[str, int]) -> int:
+def place_of(word: Word, labels: dict[str, int]) -> int:
+    """Index of the statement after the label that a word names, or Mistake."""
     if word.text not in labels:
         raise unknown(word, "label", labels, "a label of this file", "it has none")
     return labels[word.text]

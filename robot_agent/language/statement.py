@@ -15,8 +15,9 @@ from robot_agent.language.words import Word
 from robot_agent.model.description import Mounted
 
 if TYPE_CHECKING:
+    from robot_agent.language.conditions import Branches, Ways
     from robot_agent.language.interpreter import Step
-    from robot_agent.language.steps import Switch
+    from robot_agent.language.steps import Mark, Signal
 
 
 @dataclass(slots=True)
@@ -36,6 +37,11 @@ class Reading:
     """Line and word of what CALL names."""
     has_feed: bool = False
     """Whether a path move has named its speed."""
+
+    ifs: list["Branches"] = field(default_factory=list)
+    """Those that are open, the innermost one last."""
+    variables: set[str] = field(default_factory=set)
+    """That some LET sets."""
 
 
 @dataclass(slots=True)
@@ -84,6 +90,17 @@ class Walk:
     points: Points = field(default_factory=Points)
     """As they are now."""
 
+    raised: int = 0
+    """Flags that nobody waits for, since the program began."""
+    variables: dict[str, float] = field(default_factory=dict)
+    """Those that are set."""
+    ahead: bool = False
+    """While LOOKAHEAD is on."""
+    known: Callable[["Signal"], bool | None] = lambda _: None
+    """Whether an input or output is on now; None where nobody knows."""
+    ways: "Ways | None" = None
+    """For checks: which way a fork goes; variables have no values then."""
+
     @property
     def mounted(self) -> Mounted:
         return Mounted(self.tools or (), self.held or ())
@@ -98,11 +115,11 @@ class Statement(ABC):
 
     @classmethod
     @abstractmethod
-    def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
+    def read(cls, line: int, words: list[Word], reading: Reading) -> "Statement":
         """The statement in these words, the first of which is one of its own. Raises Mistake."""
 
     @abstractmethod
-    def run(self, walk: Walk) -> "Step | Switch | None":
+    def run(self, walk: Walk) -> "Step | Mark | None":
         """What the robot does here; None: nothing, the walk goes on."""
 
     def leads_to(self, place: int) -> tuple[int, ...]:
@@ -127,6 +144,16 @@ class Statement(ABC):
     def frames(self) -> tuple[str, ...]:
         """The frames that it names."""
         return ()
+
+    @property
+    def signals(self) -> tuple["Signal", ...]:
+        """The inputs and outputs that it asks for; a robot that lacks one does not run the program."""
+        return ()
+
+    @property
+    def forks(self) -> bool:
+        """Whether the program may go on in two places after it, by what is asked."""
+        return False
 
 
 S = TypeVar("S", bound=Statement)

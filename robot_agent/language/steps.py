@@ -1,5 +1,6 @@
 """What a robot does next: the steps that a program comes down to, besides moves of the TCP, which are their own."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from robot_agent.model.description import NOTHING, Mounted
@@ -70,6 +71,20 @@ class Switch:
 
 
 @dataclass(frozen=True, slots=True)
+class FlagMark:
+    """One execution of `M n ASYNC`: a flag that is counted and that nobody answers."""
+
+    line: int
+    flag: int
+    number: int
+    """Counts what one run of a program raises so, from 1."""
+
+
+Mark = Switch | FlagMark
+"""What is done where a move ends, without a stop."""
+
+
+@dataclass(frozen=True, slots=True)
 class JointStep:
     """Move joints; `None` keeps a joint, `joints=None` as a whole means home. The rest as in `MoveJoints`."""
 
@@ -78,7 +93,7 @@ class JointStep:
     speed: float
     pace: MoveCaps = FREELY
     synchronised: bool = True
-    switches: tuple[Switch, ...] = ()
+    switches: tuple[Mark, ...] = ()
     spaces_off: frozenset[str] = frozenset()
     """On every move: the spaces that are switched off during it."""
     mounted: Mounted = NOTHING
@@ -105,7 +120,7 @@ class SwitchNow:
     """Switch outputs where the robot rests: no move is before them."""
 
     line: int
-    switches: tuple[Switch, ...]
+    switches: tuple[Mark, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +139,66 @@ class Meet:
     meeting: str
     timeout_s: float | None = None
     """After so long the program ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """A digital input (DI) or output (DO) of the robot, by its name in the drives file."""
+
+    kind: str
+    name: str
+
+    def __str__(self) -> str:
+        return f"{'input' if self.kind == 'DI' else 'output'} {self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Test:
+    """What is left of a condition once the variables are known. Without anything to ask it holds, or never does."""
+
+    asked: tuple[tuple[Signal, bool], ...] = ()
+    """Inputs and outputs, and whether they have to be on."""
+    decided: tuple[bool, ...] = ()
+    """The other terms."""
+    any_of: bool = False
+    """One of all is enough."""
+
+    def holds(self, known: Callable[[Signal], bool | None]) -> bool | None:
+        """Whether it does, by what is known; None where what is not known would decide."""
+        answers = [None if is_on is None else is_on is on for is_on, on in ((known(s), on) for s, on in self.asked)]
+        answers += self.decided
+        if self.any_of in answers:
+            return self.any_of
+        return None if None in answers else not self.any_of
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decide:
+    """At rest, an IF: by its test the program goes on with the next statement, or at the index `target`."""
+
+    line: int
+    test: Test
+    target: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AwaitInput:
+    """Wait, at rest, until a signal is on, or off."""
+
+    line: int
+    signal: Signal
+    on: bool
+    timeout_s: float | None = None
+    """After so long the program goes on at the index `target`, or ends without one."""
+    target: int | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AwaitAnswer:
+    """Wait, at rest, until somebody answers a flag."""
+
+    line: int
+    flag: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,6 +88,19 @@ def number(text: str, word: Word) -> float:
     return value
 
 
+def signal_name(words: list[Word], at: int, letters: str) -> tuple[Word, int] | None:
+    """The name of an input (DI) or output (DO) that begins with the word `at`, and the index of the word after it.
+
+    A number stands for the letters and it: `DO 3` and `DO3` name DO3. None where there is no such name.
+    """
+    if at < len(words) and re.fullmatch(rf"{letters}[0-9]+", words[at].text, re.IGNORECASE):
+        return Word(words[at].text.upper(), words[at].column), at + 1
+    if at + 1 >= len(words) or words[at].text.upper() != letters:
+        return None
+    word = words[at + 1]
+    return (Word(f"{letters}{word.text}", word.column) if re.fullmatch("[0-9]+", word.text) else word), at + 2
+
+
 def named_numbers(words: list[Word], allowed: tuple[str, ...]) -> Named:
     """The `NAME=value` words after the first by name, each name once and out of `allowed`."""
     named: Named = {}

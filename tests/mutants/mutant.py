@@ -26,6 +26,8 @@ class Bench(Enum):
     LINE = "tests.sim.space_checker", 20_000
     """Two robots on a line of places: for the rules of cleared space that need more messages to be lost than cells
     do."""
+    CONDITIONS = "tests.sim.condition_checker", 40
+    """One agent with programs that ask and count."""
 
     def __init__(self, module: str, runs: int) -> None:
         self.module = module

@@ -301,8 +301,12 @@ class AgentWorld:
         return DriveFeedback(
             "left", "gateway", self._sequence, self.tick, 7, sequence, state, len(self.queue), 0, self.referenced,
             self.enabled, position, self.velocity, self.commanded, axes,
-            event=self.switched[-1][1].number if self.switched else 0,
+            event=self.switched[-1][1].number if self.switched else 0, outputs=self._switched_on(),
         )  # fmt: skip
+
+    def _switched_on(self) -> int:
+        on = {event.output: event.value for _, event in self.switched}
+        return sum(1 << output for output, value in on.items() if value)
 
     def _grant_or_free(self, presence: Presence) -> None:
         """The manager's rule in short: grant what is wanted, free what a presence that knows of it does not hold."""

@@ -15,9 +15,14 @@ from robot_agent.agent.planning.dry_run import dry_run, frames_of
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.language import (
+    AwaitAnswer,
+    AwaitInput,
+    Decide,
     End,
+    EndIf,
     Finished,
     Goto,
+    If,
     Interpreter,
     LineStep,
     Meet,
@@ -34,6 +39,7 @@ from robot_agent.language import (
     Track,
     TrackingOff,
     TrackingOn,
+    Ways,
     parse_program,
     points_owner,
 )
@@ -47,12 +53,16 @@ _MOST_STEPS = 10_000
 
 @dataclass(frozen=True, slots=True)
 class ProgramCourse:
-    """How a program runs by itself: each loop twice round, no pauses, no zones, nothing that it follows."""
+    """How a program runs by itself: each loop twice round, no pauses, no zones, nothing that it follows.
+
+    With both ways of each IF, in as many rounds as that takes.
+    """
 
     robot: str
     moves: int
     """Program lines with a move that were planned."""
     duration_s: float
+    """Of the longest round."""
     rests: tuple[int, ...]
     """Lines after which the robot stops although neither R=0 nor a statement asks for it."""
 
@@ -81,15 +91,19 @@ def _course(bundle: CellBundle, robot: str) -> tuple[ProgramCourse, list[Problem
     whole = parse_program(text, file.name, Names.of(bundle.cell, robot, model.description, taught), file.parent)
     program = _once_through(whole)
     cycle_s = bundle.gateways[settings.gateway].cycle_s
-    planner = _Asked(bundle.robots[robot], cycle_s)
-    motions, failed = dry_run(planner, program, LONGEST_S, frames_of(bundle.cell))
+    planner, ways = _Asked(bundle.robots[robot], cycle_s), Ways()
+    rounds = [
+        dry_run(planner, program, LONGEST_S, frames_of(bundle.cell), ways) for _ in ways.rounds(program.statements)
+    ]
+    motions = [planned for round_, _ in rounds for planned in round_]
+    failures = {failed.line: failed for _, failed in reversed(rounds) if failed is not None}
     lines = {line for planned in motions for line in planned.lines}
-    rests = sorted({*_rests(motions)} - _asked_for(program))
-    problems = [] if failed is None else [_failure(file, program, failed)]
-    problems += _not_planned(file, program, lines, failed)
+    rests = sorted({line for round_, _ in rounds for line in _rests(round_)} - _asked_for(program))
+    problems = [_failure(file, program, failed) for failed in failures.values()]
+    problems += _not_planned(file, program, lines, failures)
     problems += check_reserve(file, program, model, motions, _paths(planner.asked))
     problems += _half_turns(file, program, {line for request in planner.asked for line in planner.half_turns(request)})
-    duration_s = sum(planned.motion.duration_s for planned in motions)
+    duration_s = max(sum(planned.motion.duration_s for planned in round_) for round_, _ in rounds)
     return ProgramCourse(robot, len(lines), duration_s, tuple(rests)), problems
 
 
@@ -127,13 +141,17 @@ def _half_turns(file: Path, program: Program, lines: Collection[int]) -> list[Pr
 
 
 def _once_through(program: Program) -> Program:
-    """The same with each loop gone through twice: GOTO jumps back once, and without a count ends the program then."""
-    places, made = list[int](), list[Statement]()
+    """The same with each loop gone through twice: GOTO jumps back once, and without a count ends the program then.
+
+    In a branch of an IF it goes on then, as if that had ended the loop.
+    """
+    places, made, within = list[int](), list[Statement](), 0
     for index, statement in enumerate(program.statements):
         places.append(len(made))
+        within += isinstance(statement, If) - isinstance(statement, EndIf)
         back = isinstance(statement, Goto) and statement.target <= index
         made.append(replace(statement, count=1) if isinstance(statement, Goto) and back else statement)
-        if isinstance(statement, Goto) and back and statement.count is None:
+        if isinstance(statement, Goto) and back and statement.count is None and not within:
             made.append(End(statement.line))
     places.append(len(made))
     return replace(program, statements=tuple(each.moved(places) for each in made))
@@ -151,16 +169,19 @@ def _rests(motions: list[Planned]) -> list[int]:
 
 
 def _asked_for(program: Program) -> set[int]:
-    """Lines with R=0, and those with a pause, an ATTACH, a DETACH or a TRACK between them and the next move."""
-    interpreter, steps = Interpreter(program), list[Step]()
-    while len(steps) < _MOST_STEPS and not (steps and isinstance(steps[-1], Finished | ProgramFault)):
-        steps.append(interpreter.next())
-    rests = Pause | Mount | Meet | TrackingOn | TrackingOff
-    return {
-        before.line
-        for before, step in pairwise(steps)
-        if isinstance(before, MotionStep) and (before.pace.round_m == 0.0 or isinstance(step, rests))
-    }
+    """Lines with R=0, and those with a pause, an ATTACH, a DETACH, a TRACK or what is asked at rest after them."""
+    found, ways = set[int](), Ways()
+    for _ in ways.rounds(program.statements):
+        interpreter, steps = Interpreter(program, ways=ways), list[Step]()
+        while len(steps) < _MOST_STEPS and not (steps and isinstance(steps[-1], Finished | ProgramFault)):
+            steps.append(interpreter.next())
+        rests = Pause | Mount | Meet | AwaitInput | AwaitAnswer | Decide | TrackingOn | TrackingOff
+        found |= {
+            before.line
+            for before, step in pairwise(steps)
+            if isinstance(before, MotionStep) and (before.pace.round_m == 0.0 or isinstance(step, rests))
+        }
+    return found
 
 
 def _failure(file: Path, program: Program, failed: PlanFailed) -> Problem:
@@ -185,10 +206,10 @@ def _place_is_known(program: Program) -> bool:
     return bool(moves) and moves[0].from_anywhere and not any(isinstance(each, Track) for each in program.statements)
 
 
-def _not_planned(file: Path, program: Program, planned: Collection[int], failed: PlanFailed | None) -> list[Problem]:
+def _not_planned(file: Path, program: Program, planned: Collection[int], failed: Collection[int]) -> list[Problem]:
     """One warning for all moves that nobody has looked at, unless a failure before them is told already."""
     left = [each.line for each in program.statements if isinstance(each, Move) and each.line not in planned]
-    if not left or failed is not None:
+    if not left or failed:
         return []
     found = f"moves that were not planned, lines {listed(left)}"
     why = f"the first {LONGEST_S:g} s of motion are planned, and nothing that no line leads to"

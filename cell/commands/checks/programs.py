@@ -1,6 +1,6 @@
 """The text of every robot's program."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from cell.commands.checks.edges import idle_edges
@@ -11,6 +11,7 @@ from cell.config.points_file import PointsOwner, Signal, SignalKind, near, read_
 from cell.config.problem import Problem, Severity, refuses
 from robot_agent.kinematics import Model
 from robot_agent.language import Names, Points, Program, ProgramError, parse_program
+from robot_agent.language.names import Known
 from robot_agent.model.checks import expected_joints
 
 
@@ -30,11 +31,13 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
         points, signals, problems = _taught(document, named, robot, file, owner)
         yield from problems
         if not isinstance(text, Problem):
+            inputs, outputs = _signals(document, named, robot)
             names = Names(
                 joints,
                 linear=linear,
                 corrections=document.keys(("robots", robot, "corrections")),
-                outputs=_outputs(document, named, robot),
+                inputs=inputs,
+                outputs=outputs,
                 spaces=_spaces(document, robot),
                 tools=model.tools,
                 parts=model.parts,
@@ -68,7 +71,8 @@ def _taught(
     if reading.document is None or reading.content is None or refuses(problems):
         return None, {}, problems
     taught = settings_of(reading.content, owner)
-    known = {SignalKind.OUTPUT: _outputs(document, named, robot), SignalKind.INPUT: _inputs(document, named, robot)}
+    inputs, outputs = _signals(document, named, robot)
+    known = {SignalKind.OUTPUT: outputs, SignalKind.INPUT: inputs}
     for name, signal in taught.signals.items():
         there = known.get(signal.kind)
         where = ("signals", name, signal.kind.value)
@@ -82,22 +86,13 @@ def _taught(
     return Points(taught.points), taught.signals, problems
 
 
-def _inputs(document: Document, named: NamedFiles, robot: str) -> Collection[str] | None:
-    """What the robot's drives can tell; None where nobody can look at its drives file."""
+def _signals(document: Document, named: NamedFiles, robot: str) -> tuple[Known, Known]:
+    """The inputs and outputs of the robot's drives file; None where nobody can look at it."""
     gateway = document.value(("robots", robot, "gateway"))
     for name, _, drives in named.usable_drives():
         if name == gateway and robot in drives.robots:
-            return drives.robots[robot].inputs
-    return None
-
-
-def _outputs(document: Document, named: NamedFiles, robot: str) -> Collection[str] | None:
-    """What the robot's drives can switch; None where nobody can look at its drives file."""
-    gateway = document.value(("robots", robot, "gateway"))
-    for name, _, drives in named.usable_drives():
-        if name == gateway and robot in drives.robots:
-            return drives.robots[robot].outputs
-    return None
+            return drives.robots[robot].inputs, drives.robots[robot].outputs
+    return None, None
 
 
 def _spaces(document: Document, robot: str) -> list[str]:

@@ -23,6 +23,7 @@ from robot_agent.language import (
     ProgramFault,
     SplineStep,
     TrackingOff,
+    Ways,
     mounted_before,
 )
 from robot_agent.model.description import Mounted
@@ -41,10 +42,21 @@ def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str
 
     The program is walked as it would run. Where the robot is before its first motion nobody knows: until the first
     HOME, or MJ that names all joints, and after arcs, splines and TRACK OFF, targets with all six coordinates are
-    judged, and others when what they name is farther away than any part of the robot can be.
+    judged, and others when what they name is farther away than any part of the robot can be. Both ways of each fork
+    are gone.
     """
-    walk, seen, told = _Walk(model), set[_Place](), set[int]()
-    interpreter, since_new = Interpreter(program, mounted_before(program, model.description)), 0
+    told, ways, before = set[int](), Ways(), mounted_before(program, model.description)
+    for _ in ways.rounds(program.statements):
+        walk = _Walk(model)
+        for line, why in _round(walk, Interpreter(program, before, ways=ways), len(program.statements)):
+            if line not in told:
+                told.add(line)
+                yield line, why
+
+
+def _round(walk: "_Walk", interpreter: Interpreter, longest: int) -> Iterator[tuple[int, str]]:
+    """What is wrong on the way, until more than `longest` motions in a row are not new."""
+    seen, since_new = set[_Place](), 0
     for _ in range(MOST_MOTIONS):
         step = interpreter.next()
         if isinstance(step, ProgramFault):
@@ -59,16 +71,15 @@ def unreachable_lines(model: Model, program: Program) -> Iterator[tuple[int, str
             continue
         place = step.line, step.mounted, b"" if walk.q is None else np.round(walk.q, 6).tobytes()
         since_new = since_new + 1 if place in seen else 0
-        if since_new > len(program.statements):
+        if since_new > longest:
             return
-        if place in seen:
+        seen.add(place)
+        if place in walk.ends:
             walk.q = walk.ends[place]
             continue
-        seen.add(place)
         problem = walk.joints(step) if isinstance(step, JointStep) else walk.line(step)
         walk.ends[place] = walk.q
-        if problem and step.line not in told:
-            told.add(step.line)
+        if problem:
             yield step.line, problem
 
 

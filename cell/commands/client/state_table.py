@@ -40,7 +40,7 @@ def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
         state = seen.robots.get(robot)
         cells = _cells(state, robot not in lost)
         text.append(row(robot, *cells) + "\n", "bold red" if state is None or state.mode in ALARMED else "")
-        reason = labelled_why(state) if state is not None else "its agent does not answer"
+        reason = labelled_why(state) + waited_text(state) if state is not None else "its agent does not answer"
         if robot in lost and not reason:
             reason = f"not referenced: {lost[robot]}"
         text.append(_indented(reason, robots + 2, width) + "\n", "yellow")
@@ -83,6 +83,12 @@ def labelled_why(state: RobotState) -> str:
     reason = why(state)
     labelled = f"{_label(state, reason)}: {reason}" if reason else ""
     return "; ".join(filter(None, (labelled, pace_text(state), mounted_text(state))))
+
+
+def waited_text(state: RobotState) -> str:
+    """How long the program has waited at its WAIT DI, IF or M; empty elsewhere."""
+    waits_s = state.program.waits_s
+    return f" (since {waits_s:.0f} s)" if waits_s is not None and state.waiting_for else ""
 
 
 def _label(state: RobotState, reason: str) -> str:

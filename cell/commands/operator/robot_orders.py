@@ -1,4 +1,4 @@
-"""`cell run`, `halt`, `continue`, `return`, `step`, `override`, `manual`, `tool`, `part`, `enable`, `disable`."""
+"""`cell run` and the other orders to one robot that are a word and at most one value."""
 
 from enum import Enum
 from pathlib import Path
@@ -10,6 +10,7 @@ from cell.commands.client.connection import connect, report
 from cell.commands.operator.common_start import AHEAD_S, run_together
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.messages import (
+    AnswerFlag,
     Command,
     Continue,
     Disable,
@@ -144,6 +145,19 @@ def part(
     in or taken one out by hand. The robot is at rest; a program that is halted or interrupted ends by it.
     """
     _order(robot, SetPart(None if name.lower() == "none" else name), file, endpoint)
+
+
+def flag(
+    robot: RobotArgument,
+    number: Annotated[int, typer.Argument(metavar="N", min=0, max=999, help="Of the M at which it waits.")],
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Answer the flag at which a robot's program waits (`M n`): it goes on, and may move at once.
+
+    Refused where the program does not wait at this flag. One that is halted there goes on when it continues.
+    """
+    _order(robot, AnswerFlag(number), file, endpoint)
 
 
 def enable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

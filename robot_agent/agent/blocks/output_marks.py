@@ -14,7 +14,7 @@ from cell.messages import OutputEvent
 from cell.messages.setpoints import MOST_EVENTS
 from robot_agent.agent.blocks.motion_source import SentBlock
 from robot_agent.agent.planning.plans import Planned
-from robot_agent.language import Switch
+from robot_agent.language import Mark, Switch
 from robot_agent.trajectory import Motion
 
 _AT_S = 1e-5
@@ -70,9 +70,9 @@ class OutputMarks:
         self._before, self._executed = self._said, 0
         self._marks, self._ticks, self.done_tick = {}, {}, 0
 
-    def due(self, switches: Iterable[Switch], tick: int) -> None:
+    def due(self, marks: Iterable[Mark], tick: int) -> None:
         """Switch at a tick, or as soon as possible after it, wherever the robot is."""
-        self._marks |= {switch.number: _Mark(switch, tick=tick) for switch in switches}
+        self._marks |= {mark.number: _Mark(mark, tick=tick) for mark in marks if isinstance(mark, Switch)}
 
     def postpone(self, since: int, ticks: int) -> None:
         """What was due at rest after the tick `since` is due so many ticks later."""
@@ -128,5 +128,5 @@ class OutputMarks:
             switch.number: _Mark(switch, motion, tau)
             for tau, switches in zip(motion.ends.tolist(), planned.switches, strict=False)
             for switch in switches
-            if switch.number > self._executed
+            if isinstance(switch, Switch) and switch.number > self._executed
         }

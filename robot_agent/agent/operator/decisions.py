@@ -1,5 +1,6 @@
 """What a robot does on an operator's call: allowed in which mode, and in what words."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 
 from cell.config.points_file import Point
 from cell.messages import (
+    AnswerFlag,
     Command,
     Continue,
     Disable,
@@ -42,6 +44,7 @@ from robot_agent.agent.program.mounted_now import MountedNow
 from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.program.path_gap import Gap
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.program.waits import Waits
 from robot_agent.trajectory.sources import Axes, JointAxes, ToolAxes, WayAxes
 
 _THERE = 1e-6
@@ -64,6 +67,8 @@ class Situation:
     """As its drives measure it."""
     kept_still: str = ""
     """Why nothing may move the robot now; empty when it may."""
+    inputs: Collection[str] | None = None
+    """Of the robot; None before its gateway has told them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,12 +117,14 @@ class Decisions:
         interruption: Interruption,
         mounted: MountedNow,
         teaching: Teaching,
+        waits: Waits,
     ) -> None:
         self._robot = robot
         self._teaching = teaching
         self._run = run
         self._interruption = interruption
         self._mounted = mounted
+        self._waits = waits
         self._pace = pace
         self._jogging = jogging
         self._corrections = corrections
@@ -162,6 +169,9 @@ class Decisions:
                 return self._manual(on, mode)
             case SetTool() | SetPart():
                 return self._mount(command, mode, situation)
+            case AnswerFlag(flag):
+                why = self._waits.answer(flag)
+                return Refused(f"{self._robot}: {why}") if why else Done(f"{self._robot}: M {flag} is answered", mode)
             case Jog() | Go():
                 return self._jog(command, mode, situation, made_at)
             case Teach():
@@ -199,8 +209,8 @@ class Decisions:
             return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
         if situation.refused_by_manager:
             return Refused(f"the manager refuses {self._robot}: {situation.refused_by_manager}")
-        if self._run.unknown_output:
-            return Refused(f"{self._robot} cannot run its program: {self._run.unknown_output}")
+        if unknown := self._run.unknown_output or self._run.unknown_signal(situation.inputs):
+            return Refused(f"{self._robot} cannot run its program: {unknown}")
         if unsaid := self._unsaid():
             return Refused(unsaid)
         if not executive.at_rest(feedback.tick):

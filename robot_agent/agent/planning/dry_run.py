@@ -10,21 +10,26 @@ from cell.messages import FramePose
 from robot_agent.agent.planning.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, Plan, PlanFailed, Planned
-from robot_agent.language import Finished, Program, ProgramFault, mounted_before
+from robot_agent.language import Finished, Program, ProgramFault, Ways, mounted_before
 
 
 def dry_run(
-    planner: Planner, program: Program, longest_s: float, frames: tuple[FramePose, ...] = ()
+    planner: Planner,
+    program: Program,
+    longest_s: float,
+    frames: tuple[FramePose, ...] = (),
+    ways: Ways | None = None,
 ) -> tuple[list[Planned], PlanFailed | None]:
     """The motions of a program from home, its pauses left out, and the failure that ends it, if one does.
 
     The frames are all that the program names. It begins with the tool of the robot file and without a part, or with any
     part where DETACH comes first. A program that never ends is cut off once its motions last `longest_s`, or where it
-    goes round without one.
+    goes round without one. Inputs and variables are nobody's: at each fork of the program it goes by `ways`, the first
+    time as if the condition held, then as if it did not.
     """
     lookahead = Lookahead()
     before = mounted_before(program, planner.model.description)
-    lookahead.start(program, np.asarray(planner.model.home), before)
+    lookahead.start(program, np.asarray(planner.model.home), before, Ways() if ways is None else ways)
     motions: list[Planned] = []
     still = _Round()
     while sum(planned.motion.duration_s for planned in motions) < longest_s:

@@ -7,7 +7,7 @@ at rest: when an extension comes too late, the robot rests there and goes on as 
 
 import math
 from collections import deque
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,9 @@ from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.joining import StraightOn, why_apart
 from robot_agent.agent.planning.plans import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest, Unplan
 from robot_agent.language import (
+    AwaitAnswer,
+    AwaitInput,
+    Decide,
     Finished,
     Interpreter,
     Meet,
@@ -26,10 +29,13 @@ from robot_agent.language import (
     Pause,
     Program,
     ProgramFault,
+    Signal,
     Step,
     SwitchNow,
     TrackingOff,
     TrackingOn,
+    Ways,
+    forks,
 )
 from robot_agent.model.description import Mounted
 from robot_agent.trajectory import Motion
@@ -73,6 +79,9 @@ Item = (
     | SwitchNow
     | Mount
     | Meet
+    | AwaitInput
+    | AwaitAnswer
+    | Decide
     | TrackingOn
     | TrackingOff
     | Finished
@@ -106,11 +115,16 @@ class Lookahead:
         """More is planned than is needed to go on: others have to know where the robot will be."""
         self._took_s: deque[float] = deque(maxlen=_MEASURED)
         """From asking for a plan to having it."""
+        self.known: Callable[[Signal], bool | None] = lambda _: None
+        """Whether an input or output is on now; None where nobody knows."""
 
-    def start(self, program: Program, q: NDArray[np.float64], mounted: Mounted) -> None:
-        """Begin the program with the robot at rest at `q` `(n,)`; `mounted` is what it carries, or may carry."""
+    def start(self, program: Program, q: NDArray[np.float64], mounted: Mounted, ways: Ways | None = None) -> None:
+        """Begin the program with the robot at rest at `q` `(n,)`; `mounted` is what it carries, or may carry.
+
+        With `ways` its forks go as those say, and nothing is asked.
+        """
         self.stop()
-        self._interpreter = Interpreter(program, mounted)
+        self._interpreter = Interpreter(program, mounted, self.known, ways)
         self._end = q
 
     def stop(self) -> None:
@@ -159,6 +173,17 @@ class Lookahead:
         """The head is done with the robot at rest at `q` `(n,)`, where nobody knew that it would be."""
         self._end = q
         self.advance()
+
+    def decide(self, holds: bool) -> None:
+        """The head is a step that forks, and is done: the program goes on with the next statement, or elsewhere."""
+        if self._interpreter is not None:
+            self._interpreter.decide(holds)
+        self.advance()
+
+    @property
+    def variables(self) -> dict[str, float]:
+        """Of the program, as far as it is interpreted."""
+        return {} if self._interpreter is None else self._interpreter.variables
 
     def planned(self, result: Planned | PlanFailed, now: float = 0.0) -> None:
         """Take the worker's result; a result for a program that was stopped meanwhile is dropped."""
@@ -320,9 +345,9 @@ class Lookahead:
         return tuple(steps)
 
     def _blocked(self) -> bool:
-        """After a motion without a plan, where a correction ends, or after the end, nothing can be planned."""
+        """After a motion without a plan, where a correction ends, at a fork, or after the end, nothing is planned."""
         ends = Waiting | PlanFailed | TrackingOff | Finished | ProgramFault
-        return any(isinstance(item, ends) for item in self._items)
+        return any(isinstance(item, ends) or forks(item) for item in self._items)
 
 
 def _moves_ahead(motion: Motion) -> int:

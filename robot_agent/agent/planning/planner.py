@@ -11,7 +11,7 @@ from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError
-from robot_agent.language import JointStep, LineStep, SplineStep, Switch, TcpStep
+from robot_agent.language import JointStep, LineStep, Mark, SplineStep, TcpStep
 from robot_agent.model.description import Mounted
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
@@ -250,7 +250,7 @@ def _lines(sequence: Sequence) -> tuple[int, ...]:
     return tuple(block.line for block in sequence.blocks)
 
 
-def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Switch, ...], ...]:
+def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Mark, ...], ...]:
     return tuple(step.switches for step in request.steps)
 
 

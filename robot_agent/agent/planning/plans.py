@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import FramePose, ZoneGeometry
-from robot_agent.language import MotionStep, Switch
+from robot_agent.language import Mark, MotionStep
 from robot_agent.model.description import NOTHING, Mounted
 from robot_agent.trajectory import Motion
 from robot_agent.workspace import Crossing, MotionSections, Sweep
@@ -47,7 +47,7 @@ class ExtendRequest:
     motion: Motion
     lines: tuple[int, ...]
     """The program line of each block of the motion."""
-    switches: tuple[tuple[Switch, ...], ...]
+    switches: tuple[tuple[Mark, ...], ...]
     """What is switched at the end of each of them."""
     splice_s: float
     cut_s: float
@@ -104,7 +104,7 @@ class Planned:
     zone_versions: dict[str, int]
     first_tau: float = 0.0
     """The tau [s] that may not be passed backwards; what lies before it is not known any more."""
-    switches: tuple[tuple[Switch, ...], ...] = ()
+    switches: tuple[tuple[Mark, ...], ...] = ()
     """What is switched at the end of each block of a motion that a program asked for."""
     spaces_off: frozenset[str] = frozenset()
     """Spaces that the program had switched off."""

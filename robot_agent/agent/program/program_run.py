@@ -1,6 +1,7 @@
 """One run of the program: its state, the line in execution, pauses, and the time spent waiting for zones."""
 
 import itertools
+from collections.abc import Collection, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +15,13 @@ from robot_agent.agent.blocks.timeline import Timeline
 from robot_agent.agent.planning.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, PlanFailed, Planned
+from robot_agent.agent.program.flag_counts import FlagCounts
 from robot_agent.language import (
+    AwaitAnswer,
+    AwaitInput,
+    Decide,
     Finished,
+    Mark,
     Meet,
     Mount,
     Pause,
@@ -25,6 +31,7 @@ from robot_agent.language import (
     TrackingOff,
     TrackingOn,
     changes_tools,
+    forks,
     mounts,
 )
 from robot_agent.model.description import Mounted
@@ -37,6 +44,9 @@ class ProgramRun:
         self._program = program
         self.lookahead = Lookahead()
         self.outputs = OutputMarks()
+        self.flags = FlagCounts()
+        self.variables: dict[str, float] = {}
+        """Of the newest run, as far as it was interpreted."""
         self.state = ProgramState.LOADED
         self.error = ""
         self.line = 0
@@ -64,6 +74,10 @@ class ProgramRun:
         """The program has come to this T, ATTACH or DETACH, at rest."""
         self.at_meeting: Meet | None = None
         """The program has come to this MEET, at rest."""
+        self.at_wait: AwaitInput | AwaitAnswer | Decide | None = None
+        """The program has come to this WAIT DI, M or IF, at rest."""
+        self._stands_at: Meet | AwaitInput | AwaitAnswer | Decide | None = None
+        """The newest step at which it waits, or was halted while it did."""
         self.held_up = ""
         """Why that is not done yet, for people."""
 
@@ -93,6 +107,7 @@ class ProgramRun:
         self._held_since, self._goes_since, self._beside = None, 0, None
         self.correction, self.correction_ends = "", False
         self.outputs.drop()
+        self.flags.drop()
         self.lookahead.start(self._program, q, mounted)
 
     @property
@@ -115,6 +130,18 @@ class ProgramRun:
         known = ", ".join(self.outputs.names) or "it has none"
         return (
             f"line {line} of {self._program.name} switches the output {output!r}, "
+            f"which its gateway does not know; in its drives file are: {known}"
+        )
+
+    def unknown_signal(self, inputs: Collection[str] | None) -> str:
+        """Which statement asks for what the gateway does not have, for people; `inputs` are None while untold."""
+        unknown = self._program.unknown_signal({"DI": inputs, "DO": self.outputs.names})
+        if unknown is None:
+            return ""
+        line, signal = unknown
+        known = ", ".join((inputs if signal.kind == "DI" else self.outputs.names) or ()) or "it has none"
+        return (
+            f"line {line} of {self._program.name} asks for the {signal}, "
             f"which its gateway does not know; in its drives file are: {known}"
         )
 
@@ -236,7 +263,13 @@ class ProgramRun:
     def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float) -> None:
         """Take the steps that move nothing, once the robot rests after its motion with all outputs switched."""
         self.outputs.executed(feedback.event, feedback.tick)
-        self.to_mount = self.at_meeting = None
+        self.to_mount = self.at_meeting = self.at_wait = None
+        if not executive.at_motion_end or self._stands_at is not self.lookahead.head:
+            self._stands_at = None
+        if self.running:
+            self.variables = self.lookahead.variables
+            playing = executive.timeline.at(feedback.tick)[0]
+            self.flags.follow(playing.path, playing.path_state(feedback.tick).tau)
         before: object = self
         while before is not self.lookahead.head:
             before = self.lookahead.head
@@ -257,11 +290,9 @@ class ProgramRun:
             self._pause = (head.line, rest_tick, "WAIT")
             self.lookahead.advance()
         elif isinstance(head, SwitchNow):
-            self.outputs.due(head.switches, rest_tick)
-            self.lookahead.advance()
+            self._do_at_rest(head.switches, rest_tick)
         elif isinstance(head, Planned) and head.motion.duration_s == 0.0:
-            self.outputs.due(itertools.chain(*head.switches), rest_tick)
-            self.lookahead.advance()
+            self._do_at_rest(itertools.chain(*head.switches), rest_tick)
         elif tick >= rest_tick:
             match head:
                 case TrackingOn(name=name):
@@ -272,7 +303,9 @@ class ProgramRun:
                 case Mount() if executive.at_rest(tick):
                     self.to_mount = head
                 case Meet() if executive.at_rest(tick):
-                    self.at_meeting = head
+                    self.at_meeting = self._stands_at = head
+                case AwaitInput() | AwaitAnswer() | Decide():
+                    self.at_wait = self._stands_at = head
                 case Finished(line):
                     self.state, self.line, self.correction = ProgramState.DONE, line, ""
                     self.lookahead.stop()
@@ -281,6 +314,25 @@ class ProgramRun:
                     self.fail(text)
                 case _:
                     pass
+
+    def _do_at_rest(self, marks: Iterable[Mark], rest_tick: int) -> None:
+        """The head has only marks, at one place."""
+        marks = tuple(marks)
+        self.outputs.due(marks, rest_tick)
+        self.flags.count(marks)
+        self.lookahead.advance()
+
+    def leave_wait(self, tick: int, holds: bool) -> None:
+        """What the program waits for is so by `tick`, or where the step forks it is not."""
+        step = self.at_wait
+        if step is None:
+            return
+        self.resume_tick, self._pause = tick, (step.line, tick, "WAIT")
+        self.at_wait, self.held_up = None, ""
+        if forks(step):
+            self.lookahead.decide(holds)
+        else:
+            self.lookahead.advance()
 
     def carries(self) -> None:
         """The T, ATTACH or DETACH to which the program has come is done."""
@@ -317,8 +369,8 @@ class ProgramRun:
             return
         line, begin, _ = self._pause
         moving = playing.path.line_at(playing.path_state(tick).tau)
-        if self.at_meeting is not None:
-            self.line = self.at_meeting.line
+        if self._stands_at is not None and self._stands_at is self.lookahead.head:
+            self.line = self._stands_at.line
         elif line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
             self.line = line
         elif moving > 0:
@@ -339,7 +391,7 @@ class ProgramRun:
             return f"the common start, in {(self.resume_tick - tick) * cycle_s:.1f} s"
         if self._pause[1] <= tick < self.resume_tick:
             return f"{self._pause[2]}, {(self.resume_tick - tick) * cycle_s:.1f} s left"
-        if (self.to_mount is not None or self.at_meeting is not None) and self.held_up:
+        if (self.to_mount or self.at_meeting or self.at_wait) is not None and self.held_up:
             return self.held_up
         if isinstance(self.lookahead.head, Waiting):
             return f"line {self.lookahead.head.line} is being planned"
@@ -355,4 +407,6 @@ class ProgramRun:
             self._program.text_of(self.line),
             self.error,
             self._program.place_of(self.lookahead.planned_to)[1],
+            variables=self.variables,
+            raised={str(flag): count for flag, count in sorted(self.flags.raised.items())},
         )

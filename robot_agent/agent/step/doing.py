@@ -22,7 +22,7 @@ from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.space.shared_space import SharedSpace, onward
 from robot_agent.agent.zones.zone_claims import ZoneClaims
-from robot_agent.language import Meet, Pause, TrackingOn
+from robot_agent.language import AwaitAnswer, AwaitInput, Decide, Meet, Pause, TrackingOn
 from robot_agent.trajectory import Hold, RateRequest, Segment
 from robot_agent.workspace import BACKING_RATE, with_entry
 
@@ -180,18 +180,18 @@ class Running(Standing):
         return self.corrections.wants | _zones_ahead(executive, self._coming(), tick, pause_s)
 
     def _coming(self) -> list[Item]:
-        """What comes next, up to where the program waits for a part, or for others who may need a zone to come."""
+        """What comes next, up to where the program waits, or is decided: others may need a zone to come there."""
         if self.corrections.waiting:
             return []
         return list(takewhile(lambda item: not self._waits(item), self.run.lookahead.items))
 
     def _waits(self, item: Item) -> bool:
         part = isinstance(item, TrackingOn) and self.corrections.waits_for_part(item.name)
-        return part or isinstance(item, Meet)
+        return part or isinstance(item, Meet | AwaitInput | AwaitAnswer | Decide)
 
     def _reason(self, resting: Executive | None, tick: int, now: float) -> Cause:
-        if resting is None:
-            return Cause("")
+        if resting is None:  # what it follows may move it while its program waits
+            return Cause(self.run.held_up if self.run.at_wait is not None else "")
         why = self.run.why_idle(tick, resting.cycle_s) or self.corrections.waiting
         return Cause(why) if why else self._held_back(resting, self.run.follower, self.pace.override, now)
 

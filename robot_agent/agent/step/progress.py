@@ -15,6 +15,7 @@ from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.meetings import Meetings
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.program.waits import Waits
 from robot_agent.agent.step.doing import Standing
 from robot_agent.agent.step.report import Reporter
 from robot_agent.agent.zones.zone_claims import ZoneClaims
@@ -33,6 +34,7 @@ class Progress:
     corrections: Corrections
     interruption: Interruption
     meetings: Meetings
+    waits: Waits
     doing: Callable[[Mode], Standing]
     operator: OperatorCalls
     report: Reporter
@@ -76,6 +78,7 @@ class Progress:
         self.run.settle(executive, feedback, executive.cycle_s)
         if late := self.meetings.follow(feedback.tick, executive.cycle_s, now):
             self.report.event(Severity.WARNING, "late_for_meeting", late, "see what delays the manager's messages")
+        self.waits.follow(feedback.tick)
         self.run.follow(executive.timeline.at(feedback.tick)[0], feedback.tick)
         if mode is not Mode.RUNNING:
             return mode

@@ -9,6 +9,7 @@ from cell.geometry import Solid, body_touches
 from cell.messages import Body, Heard, ManagerState, Token, ZoneGeometry, ZoneState
 from cell.net.freshness import NewestOf, Sent
 from robot_agent.agent.planning.plans import Planned
+from robot_agent.agent.zones.gateway_signals import GatewaySignals
 from robot_agent.agent.zones.switched_spaces import SwitchedSpaces
 from robot_agent.trajectory import Hold
 from robot_agent.workspace import Crossing, Sweep, crossings, with_entry
@@ -27,7 +28,8 @@ class ZoneClaims:
         self._newest = NewestOf()
         self.sent = Sent(boot)
         """The presences."""
-        self.spaces = SwitchedSpaces(robot, inputs or {}, self.sent)
+        self.signals = GatewaySignals(robot, self.sent)
+        self.spaces = SwitchedSpaces(inputs or {}, self.signals)
         self._geometry: dict[str, ZoneGeometry] = {}
         self._solids: dict[str, Solid] = {}
         self._touched: deque[tuple[Body, frozenset[str]]] = deque(maxlen=_BODIES)
@@ -59,7 +61,7 @@ class ZoneClaims:
 
     def heard_state(self, state: ManagerState, now: float) -> None:
         """Take a manager's state, unless it is old or of an earlier epoch."""
-        self.spaces.heard_manager(state)
+        self.signals.heard_manager(state)
         if self._newest.accept(state.boot, state.epoch, state.sequence):
             self.state, self._lower = state, None
         elif state.epoch < self._newest.era and self.sent.age(state.heard.get(self._robot), now) < self._fresh_s:

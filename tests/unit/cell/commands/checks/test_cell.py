@@ -81,6 +81,8 @@ def test_every_example_cell_is_good(path: Path) -> None:
          "right.J1"),
         (PROGRAM, "RESET DO gripper", "RESET DO laser", (PROGRAM, "RESET DO §laser"),
          "program: found unknown output `laser`, allowed a name of outputs: gripper"),
+        (PROGRAM, "WAIT 0.3", "WAIT DI door", (PROGRAM, "WAIT DI §door"),
+         "program: found unknown input `door`, allowed a name of inputs: this robot has none in its drives file"),
         (PROGRAM, "HOME F=80", "MEET load", (PROGRAM, "MEET §load"),
          "program: found unknown meeting `load`, allowed a name of meetings: this robot is in none in the cell file"),
         (PROGRAM, "WAIT 0.3", "WAIT soon", (PROGRAM, "WAIT §soon"), "program: found `soon`, allowed a finite number"),

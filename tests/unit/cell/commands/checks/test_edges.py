@@ -25,6 +25,11 @@ def found(text: str) -> list[tuple[int, str]]:
         ("ML X=1 R=5 F=9999\nMJ J1=1", "the MJ in line 2 does not name all joints"),
         ("ML X=1 R=5 F=9999\nMJ J1=1 J2=2 SYNC=0", "with SYNC=0 each joint arrives by itself"),
         ("ML X=1 R=5 F=9999\nTANG 1\nML X=2", "TANG changes before line 3"),
+        (
+            "ML X=1 F=9999\nIF DI a\nML X=2\nELSE\nML X=1 R=5\nIF DI b\nENDIF\nENDIF\nML X=3",
+            "IF DI b in line 6 comes before the next move",
+        ),
+        ("ML X=1 R=5 F=9999\nWAIT DI a\nML X=2", "WAIT DI a in line 2 comes before the next move"),
         ("LABEL a\nML X=2 F=9999\nML X=1 R=5\nWAIT 1 ; s\nGOTO a", "WAIT 1 in line 4 comes before the next move"),
     ],
 )

@@ -120,3 +120,31 @@ def test_a_program_with_a_byte_order_mark_is_good(tmp_path: Path) -> None:
     result, output = checked(tmp_path, f"\ufeff{ABOVE}\nHOME")
     assert result.exit_code == 0, output
     assert "is good" in output
+
+
+def test_both_ways_of_an_if_are_planned_in_a_loop_and_out_of_one(tmp_path: Path) -> None:
+    program = f"""{ABOVE}
+LET n = 0
+LABEL again
+IF n = 1
+ML Y=50 F=9999
+ELSE
+ML Y=100
+ENDIF
+LET n = n + 1
+IF n < 3
+ML Z=1300
+GOTO again
+ELSE
+{TOO_FAR}
+ENDIF
+ML Z=1350
+HOME
+"""
+    result, output = checked(tmp_path / "far", program)
+    assert result.exit_code == 1
+    told = [line for line in output.splitlines() if PROGRAM in line]
+    assert [line.split(" ")[0] for line in told] == [f"{PROGRAM}:14:1:"], output
+    result, output = checked(tmp_path / "near", program.replace(TOO_FAR, "ML Z=1250 F=9999"))
+    assert result.exit_code == 0, output
+    assert "not planned" not in output

@@ -34,6 +34,14 @@ def test_a_target_with_all_coordinates_is_judged_before_the_start_is_known() -> 
     assert "too far" in why
 
 
+def test_both_ways_of_each_fork_are_gone() -> None:
+    asks = "HOME\nMJ J5=60\nIF DI a\nIF n < 3\nML X=5000 F=99\nELSE\nML X=-5000\nENDIF\nELSE\nML X=6000\nENDIF\nLET n = 1"
+    out = "HOME\nMJ J5=60\nWAIT DI a TIMEOUT 5 GOTO late\nML X=5000 F=9999\nEND\nLABEL late\nML X=6000"
+    assert sorted(line for line, _ in found(asks)) == [5, 7, 10]
+    assert sorted(line for line, _ in found(out)) == [4, 7]
+    assert [line for line, _ in found("HOME\nMJ J5=60\nLOOKAHEAD 1\nIF DI a\nENDIF\nML X=5000 F=9999")] == [6]
+
+
 def test_what_depends_on_an_unknown_start_is_not_judged() -> None:
     assert found("ML X=3000 F=9999\nMJ J1=10\nML Z=3000") == []
 

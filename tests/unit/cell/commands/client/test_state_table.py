@@ -9,6 +9,7 @@ from cell.commands.client.state_table import (
     labelled_why,
     meeting_line,
     robot_line,
+    waited_text,
     why,
     zone_line,
 )
@@ -48,6 +49,13 @@ RUNNING = RobotState(
 def test_a_robot_that_waits_says_for_what() -> None:
     waiting = dataclasses.replace(RUNNING, waiting_for="zone handover: held by right")
     assert robot_line("left", waiting) == "left: running, line 8 ML X=1650, waits: zone handover: held by right"
+
+
+def test_a_wait_of_the_program_says_since_when() -> None:
+    program = dataclasses.replace(RUNNING.program, flag=7, waits_s=12.4)
+    waiting = dataclasses.replace(RUNNING, program=program, waiting_for="M 7 waits for an answer")
+    assert waited_text(waiting) == " (since 12 s)"
+    assert "M 7 waits for an answer (since 12 s)" in lines(200, waiting)[3]
 
 
 def test_a_silent_robot_is_called_silent() -> None:

@@ -93,3 +93,12 @@ def test_who_does_not_know_where_it_is_is_told_with_what_to_do() -> None:
     assert explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)})[1:] == [
         "right does not know where it is: J1: its encoder is incremental; home it: cell home"
     ]
+
+
+def test_a_wait_of_the_program_says_since_when() -> None:
+    waits = "M 7 waits for an answer: `cell flag left 7`"
+    state = _state("left", waits)
+    state = replace(state, program=replace(state.program, flag=7, waits_s=12.34))
+    assert explained("left", Snapshot({"left": state}, manager=_manager()), {}) == [
+        f"left waits, for 12.3 s so far: {waits}"
+    ]

@@ -7,6 +7,7 @@ import pytest
 
 from cell.geometry import body_touches
 from cell.messages import (
+    AnswerFlag,
     Continue,
     Enable,
     Estop,
@@ -66,6 +67,22 @@ def test_on_a_belt_the_tool_moves_with_it_over_moves_and_pauses_although_blocks_
     np.testing.assert_allclose(np.diff(place[:, 0]) / CYCLE_S, 0.05, atol=2e-3)
     lossy(lambda: world.done)
     world.lose_blocks = False
+    world.until_rest()
+    assert (shares(world) < 1.01).all()
+
+
+def test_on_a_belt_an_input_is_waited_for_and_asked_while_the_tool_moves_with_it() -> None:
+    world = Measured(BELT_PROGRAM.replace("WAIT 0.2", "WAIT DI part\nIF DI part\nM 5\nENDIF"))
+    world.belt_m_s, world.inputs = 0.05, {"part": False}
+    world.start()
+    world.until(lambda: world.state.waiting_for.startswith("input part is off"))
+    world.run(0.5)
+    place = world.places()[-25:]
+    np.testing.assert_allclose(np.diff(place[:, 0]) / CYCLE_S, 0.05, atol=2e-3)
+    world.inputs = {"part": True}
+    world.until(lambda: world.state.program.flag == 5)
+    world.call(AnswerFlag(5))
+    world.until(lambda: world.done)
     world.until_rest()
     assert (shares(world) < 1.01).all()
 

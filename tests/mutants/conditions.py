@@ -1,0 +1,69 @@
+"""Faults of what a program asks and counts (docs/language.md: WAIT DI, IF, LET, M)."""
+
+from tests.mutants.mutant import Bench, Edit, Mutant
+
+WAITS = "robot_agent/agent/program/waits.py"
+LANGUAGE = "robot_agent/language/conditions.py"
+
+CONDITIONS = (
+    Mutant(
+        "other-branch-taken",
+        "an IF that does not hold goes on with the branch that does",
+        (
+            Edit(
+                "robot_agent/language/interpreter.py",
+                "        if fork is not None and fork.target is not None and not holds:",
+                "        if fork is not None and fork.target is not None and holds:",
+            ),
+        ),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "falls-into-else",
+        "the branch before ELSE goes on into the other one",
+        (
+            Edit(
+                LANGUAGE,
+                "    def run(self, walk: Walk) -> None:\n        walk.index = self.target\n",
+                "    def run(self, _walk: Walk) -> None:\n        pass\n",
+            ),
+        ),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "counts-one-more",
+        "a loop by a variable goes round once more than it says",
+        (Edit(LANGUAGE, '    "<": operator.lt,', '    "<": operator.le,'),),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "halts-count-as-waiting",
+        "a time-out runs while the program is halted",
+        (
+            Edit(
+                WAITS,
+                "        if step is None:\n            self._tick = None\n            return\n",
+                "        if step is None:\n            return\n",
+            ),
+        ),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "asks-what-was",
+        "an input counts by what was measured before the robot came",
+        (Edit(WAITS, "        return min(FRESH_S, self._now - self._since)", "        return FRESH_S"),),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "flags-not-counted-in-motion",
+        "a flag that nobody answers is forgotten where the next motion begins at once",
+        (
+            Edit(
+                "robot_agent/agent/program/flag_counts.py",
+                "        self.count(mark for mark in self._ahead if mark not in here)\n",
+                "",
+            ),
+        ),
+        bench=Bench.CONDITIONS,
+    ),
+)
