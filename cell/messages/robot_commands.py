@@ -29,13 +29,19 @@ class Disable(Command):
 @command("robot")
 @dataclass(frozen=True, slots=True)
 class Run(Command):
-    """Start the configured program from its first line, at once or at a given time."""
+    """Start the robot's program from its first line or another one, at once or at a given time."""
 
     verb: ClassVar[str] = "run"
     at: CellTime | None = None
     """The first motion begins with the first tick at or after this moment, or not at all."""
     lasting_s: Number | None = None
     """Above 0, with `at`: the first motion ends so long after it, or as soon as it can when it takes longer."""
+    first_line: Count | None = None
+    """Begin there, with what the lines before make of speeds, frames and all else that holds from a line on."""
+    last_line: Count | None = None
+    """End with this line."""
+    dry: bool = False
+    """Switch no outputs."""
 
 
 @command("robot")

@@ -5,6 +5,7 @@ imported here (`docs/architecture.md`, 2.1).
 """
 
 from robot_agent.language.conditions import Else, EndIf, If, Let, LookAhead, RaiseFlag, Wait, WaitInput, Ways
+from robot_agent.language.excerpt import Excerpt, NotThere, excerpt
 from robot_agent.language.interpreter import Interpreter, Step, forks
 from robot_agent.language.moves import (
     ActiveFrame,
@@ -26,7 +27,7 @@ from robot_agent.language.parser import parse_program
 from robot_agent.language.parts import Attach, ChangeTool, Detach, changes_tools, mounted_before, mounts
 from robot_agent.language.program import Program, ProgramError, ProgramProblem
 from robot_agent.language.sequence import End, Goto, Label, MeetOthers, SetOutput, Speed, Sub, SwitchSpace, Track
-from robot_agent.language.statement import STATEMENTS, Statement
+from robot_agent.language.statement import STATEMENTS, Statement, Walk
 from robot_agent.language.steps import (
     BASE,
     Aim,
@@ -69,6 +70,7 @@ __all__ = [
     "Else",
     "End",
     "EndIf",
+    "Excerpt",
     "Finished",
     "FlagMark",
     "Goal",
@@ -94,6 +96,7 @@ __all__ = [
     "MoveSpline",
     "Names",
     "NoTarget",
+    "NotThere",
     "Orientation",
     "Pause",
     "Points",
@@ -121,8 +124,10 @@ __all__ = [
     "TrackingOn",
     "Wait",
     "WaitInput",
+    "Walk",
     "Ways",
     "changes_tools",
+    "excerpt",
     "forks",
     "mounted_before",
     "mounts",

@@ -69,13 +69,16 @@ class Interpreter:
         mounted: Mounted | None = None,
         known: Callable[[Signal], bool | None] = _nothing,
         ways: Ways | None = None,
+        begins: Walk | None = None,
     ) -> None:
         """`mounted` is what the robot carries, or may carry, before it; None where that does not matter.
 
-        `known` tells what LOOKAHEAD 1 asks for; with `ways` forks go as those say, and none has to be decided.
+        `known` tells what LOOKAHEAD 1 asks for; with `ways` forks go as those say, and none has to be decided. With
+        `begins` the walk begins there, and is one's own.
         """
         self._program = program
-        self._at = Walk(points=program.points, known=known, ways=ways)
+        self._at = Walk(points=program.points) if begins is None else begins
+        self._at.known, self._at.ways = known, ways
         if mounted is not None:
             self._at.tools, self._at.held = mounted.tools, mounted.parts
         self._open: Fork | None = None

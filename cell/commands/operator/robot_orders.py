@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.client.connection import connect, report
+from cell.commands.errors import CommandError
 from cell.commands.operator.common_start import AHEAD_S, run_together
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.messages import (
@@ -26,6 +27,15 @@ from cell.messages import (
 )
 
 PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
+
+
+FirstLineOption = Annotated[
+    int | None,
+    typer.Option("--from", min=1, metavar="LINE", help="Begin there, with all that holds there.", show_default=False),
+]
+LastLineOption = Annotated[
+    int | None, typer.Option("--to", min=1, metavar="LINE", help="End with this line.", show_default=False)
+]
 
 
 class OnOff(Enum):
@@ -61,17 +71,23 @@ def run(
             min=0.1, max=3600, metavar="SECONDS", help="End the first motions together, so long after the start."
         ),
     ] = None,
+    first_line: FirstLineOption = None,
+    last_line: LastLineOption = None,
+    dry: Annotated[bool, typer.Option("--dry", help="Move, but switch no output.")] = False,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
-    """Start a robot's program from its first line; several robots begin their first motions at the same moment.
+    """Start a robot's program; several robots begin their first motions at the same moment.
 
     A robot that cannot begin then does not begin at all; one that cannot end in time ends as soon as it can. When one
-    refuses, the others are halted before the start.
+    refuses, the others are halted before the start. With --from the robot moves from where it stands to the target of
+    that line: look at the way first.
     """
     if len(robots) == 1 and ahead is None and last is None:
-        _order(robots[0], Run(), file, endpoint)
+        _order(robots[0], Run(first_line=first_line, last_line=last_line, dry=dry), file, endpoint)
         return
+    if dry or first_line is not None or last_line is not None:
+        raise CommandError("--from, --to and --dry for a common start", "leave them out, or run one robot at once")
     with connect(file, endpoint) as operator:
         run_together(operator, robots, AHEAD_S if ahead is None else ahead, last)
 

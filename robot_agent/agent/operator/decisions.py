@@ -45,6 +45,7 @@ from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.program.path_gap import Gap
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.program.waits import Waits
+from robot_agent.language import Excerpt, NotThere
 from robot_agent.trajectory.sources import Axes, JointAxes, ToolAxes, WayAxes
 
 _THERE = 1e-6
@@ -227,10 +228,36 @@ class Decisions:
                 allowed = f"allowed is more than 0 and at most {LONGEST_S:g}: order it again"
                 return Refused(f"the first motion shall last {run.lasting_s:.4g} s, {allowed}")
             end_tick = tick + round(run.lasting_s / executive.cycle_s)
+        part = self._part(run)
+        if isinstance(part, Refused):
+            return part
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
-        self._run.start(feedback.commanded, self._mounted.present, tick, end_tick)
+        self._run.start(feedback.commanded, self._mounted.present, part, tick, end_tick)
         self._pace.no_step()
-        return Done(f"{self._robot} runs {self._run.status.name} from its first line", after(mode, ModeEvent.RUN))
+        begins = "its first line" if run.first_line is None else f"line {run.first_line}"
+        ends = "" if run.last_line is None else f" to line {run.last_line}"
+        dry = ", and switches nothing" if run.dry else ""
+        text = f"{self._robot} runs {self._run.status.name} from {begins}{ends}{dry}"
+        return Done(text, after(mode, ModeEvent.RUN))
+
+    def _part(self, run: Run) -> Excerpt | Refused:
+        """What is to run of the program, with what the robot carries."""
+        try:
+            part = self._run.part(run.first_line, run.last_line, dry=run.dry)
+        except NotThere as error:
+            return Refused(f"{self._robot}: {error}")
+        for kind, wanted, there in (
+            ("tool", part.begins.tools, self._mounted.present.tools),
+            ("part", part.begins.held, self._mounted.present.parts),
+        ):
+            if wanted is not None and wanted != there:
+                named, present = ("|".join(each) or "none" for each in (wanted, there))
+                say = f"`cell {kind} {self._robot} {named}`"
+                return Refused(
+                    f"{self._robot}: before line {run.first_line} the program has {kind} {named}, the robot has "
+                    f"{present}: begin at an earlier line, or see to it and say so with {say}"
+                )
+        return part
 
     def _unsaid(self) -> str:
         """What the program has to know and nobody has said, for people; empty when it may run."""

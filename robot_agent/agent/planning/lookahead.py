@@ -34,6 +34,7 @@ from robot_agent.language import (
     SwitchNow,
     TrackingOff,
     TrackingOn,
+    Walk,
     Ways,
     forks,
 )
@@ -118,13 +119,20 @@ class Lookahead:
         self.known: Callable[[Signal], bool | None] = lambda _: None
         """Whether an input or output is on now; None where nobody knows."""
 
-    def start(self, program: Program, q: NDArray[np.float64], mounted: Mounted, ways: Ways | None = None) -> None:
+    def start(
+        self,
+        program: Program,
+        q: NDArray[np.float64],
+        mounted: Mounted,
+        ways: Ways | None = None,
+        begins: Walk | None = None,
+    ) -> None:
         """Begin the program with the robot at rest at `q` `(n,)`; `mounted` is what it carries, or may carry.
 
-        With `ways` its forks go as those say, and nothing is asked.
+        With `ways` its forks go as those say, and nothing is asked. With `begins` it does not begin at its first line.
         """
         self.stop()
-        self._interpreter = Interpreter(program, mounted, self.known, ways)
+        self._interpreter = Interpreter(program, mounted, self.known, ways, begins)
         self._end = q
 
     def stop(self) -> None:

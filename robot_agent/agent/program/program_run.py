@@ -20,6 +20,7 @@ from robot_agent.language import (
     AwaitAnswer,
     AwaitInput,
     Decide,
+    Excerpt,
     Finished,
     Mark,
     Meet,
@@ -31,6 +32,7 @@ from robot_agent.language import (
     TrackingOff,
     TrackingOn,
     changes_tools,
+    excerpt,
     forks,
     mounts,
 )
@@ -93,10 +95,11 @@ class ProgramRun:
         self,
         q: NDArray[np.float64],
         mounted: Mounted,
+        part: Excerpt,
         at_tick: int | None = None,
         end_tick: int | None = None,
     ) -> None:
-        """Begin at the first line, with `at_tick` exactly then; the robot stands at `q` `(n,)` and carries `mounted`.
+        """Begin a part of the program, with `at_tick` exactly then; the robot stands at `q` `(n,)`, carries `mounted`.
 
         With `end_tick` the first motion is slowed down so that it ends then.
         """
@@ -108,7 +111,11 @@ class ProgramRun:
         self.correction, self.correction_ends = "", False
         self.outputs.drop()
         self.flags.drop()
-        self.lookahead.start(self._program, q, mounted)
+        self.lookahead.start(part.program, q, mounted, begins=part.begins)
+
+    def part(self, first_line: int | None, last_line: int | None, *, dry: bool) -> Excerpt:
+        """As `excerpt`. Raises NotThere."""
+        return excerpt(self._program, first_line, last_line, dry=dry)
 
     @property
     def changes_tools(self) -> bool:

@@ -35,7 +35,7 @@ def test_a_target_with_all_coordinates_is_judged_before_the_start_is_known() -> 
 
 
 def test_both_ways_of_each_fork_are_gone() -> None:
-    asks = "HOME\nMJ J5=60\nIF DI a\nIF n < 3\nML X=5000 F=99\nELSE\nML X=-5000\nENDIF\nELSE\nML X=6000\nENDIF\nLET n = 1"
+    asks = "HOME\nMJ J5=60\nIF DI a\nIF n < 3\nML X=5000 F=9\nELSE\nML X=-5e3\nENDIF\nELSE\nML X=6000\nENDIF\nLET n = 1"
     out = "HOME\nMJ J5=60\nWAIT DI a TIMEOUT 5 GOTO late\nML X=5000 F=9999\nEND\nLABEL late\nML X=6000"
     assert sorted(line for line, _ in found(asks)) == [5, 7, 10]
     assert sorted(line for line, _ in found(out)) == [4, 7]
