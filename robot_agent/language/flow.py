@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Sequence
 
+from robot_agent.language.conditions import Else, EndIf
 from robot_agent.language.program import CalledLine, ProgramProblem
 from robot_agent.language.sequence import End, Label, Sub
 from robot_agent.language.statement import Statement
@@ -39,7 +40,7 @@ def _unreached(statements: Sequence[Statement], reached: Collection[int]) -> Ite
     """One for each run of them; what only marks a place may stand anywhere."""
     before = True
     for place, each in enumerate(statements):
-        if isinstance(each, End | Label):
+        if isinstance(each, End | Label | Else | EndIf):
             before = before or place in reached
             continue
         here = place in reached

@@ -27,7 +27,9 @@ def _lines(written: str) -> list[str]:
 def _statement(words: list[Word]) -> str:
     head, *others = words
     if head.statement.endswith("="):  # T=gripper, Z1: what it names is no word of the language
-        return " ".join([head.text if head.pair is None else "=".join(head.pair), *(each.text for each in others)])
+        return " ".join(
+            [head.text.upper() if head.pair is None else "=".join(head.pair), *(each.text for each in others)]
+        )
     name = {"TRK": "TRACK"}.get(head.text.upper(), head.text.upper())
     if name == "TRACK" and [each.text for each in others] == ["0"]:
         return "TRACK OFF"

@@ -24,7 +24,7 @@ class ChangeTool(Statement):
                 words[1].column, f"`{words[1].text}` after {words[0].text}", "nothing: T is a line of its own"
             )
         word, known = words[0], reading.names.tools
-        name = word.text if word.pair is None else word.pair[1]
+        name = word.text.upper() if word.pair is None else word.pair[1]
         if name.upper() in ("T0", "NONE"):
             return cls(line, None)
         if "=" not in word.text and known is not None:

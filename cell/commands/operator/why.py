@@ -75,7 +75,7 @@ def _one(robot: str, seen: Snapshot, clearance: Clearance | None) -> tuple[str, 
             holder = zone.holder if zone.holder is not None and zone.holder != robot else ""
             return f"{robot} waits{_since(zone.since, seen)}: {reason}", holder
     if reason and state.program.waits_s is not None and reason == state.waiting_for:
-        return f"{robot} waits since {state.program.waits_s:.1f} s: {reason}", ""
+        return f"{robot} waits, for {state.program.waits_s:.1f} s so far: {reason}", ""
     if reason:
         return f"{robot} ({state.mode.value}): {reason}", ""
     return f"{robot} waits for nothing: {_stands(robot, state)}", ""

@@ -76,7 +76,7 @@ def test_nothing_is_planned_before_the_manager_has_said_where_the_frame_is() -> 
 
 def test_a_point_that_is_gone_ends_the_program_where_it_comes_to_it() -> None:
     points = taught()
-    world = running(points, f"MJ P=above\n{ASIDE}ML P=pick")
+    world = running(points, f"MJ P=above\n{ASIDE}ML P=pick F=500")
     until(world, lambda: world.state.program.line == 1)
     points.named = {"above": points.named["above"]}
     until(world, lambda: world.state.program.state is ProgramState.FAILED)

@@ -223,7 +223,7 @@ def test_a_loop_counts_with_a_variable() -> None:
 
 
 def test_a_jump_into_a_branch_goes_on_at_its_endif() -> None:
-    assert pauses("GOTO in\nIF DI part\nWAIT 1\nLABEL in\nWAIT 2\nELSE\nWAIT 3\nENDIF\nWAIT 4") == [2, 4]
+    assert pauses("GOTO in 1\nIF DI part\nWAIT 1\nLABEL in\nWAIT 2\nELSE\nWAIT 3\nENDIF\nWAIT 4") == [2, 4]
 
 
 @pytest.mark.parametrize(
@@ -239,7 +239,7 @@ def test_let_counts(sum_: str, value: float) -> None:
     ("text", "fault"),
     [
         ("WAIT 1\nIF DI part\nLET n = 1\nENDIF\nLET m = n", "the variable n is not set yet when the program comes"),
-        ("WAIT 1\nGOTO l\nLET n = 1\nLABEL l\nIF n = 1\nENDIF", "the variable n is not set yet"),
+        ("WAIT 1\nGOTO l 1\nLET n = 1\nLABEL l\nIF n = 1\nENDIF", "the variable n is not set yet"),
         ("WAIT 1\nLET n = 0\nLET m = 1\n\nLET m = m / n", "LET m: a division by n, which is 0 here"),
         ("WAIT 1\nLET n = 1e12\n\n\nLET n = n * 2", "LET n: 2e+12 is beyond -1e+12 to 1e+12"),
     ],
@@ -321,9 +321,9 @@ ENDIF
 ELSE
 WAIT 4
 ENDIF
-GOTO end
+GOTO out 1
 LET n = 1
-LABEL end"""
+LABEL out"""
     program, ways, seen = parse_program(text, "p", NAMES), Ways(), set[float]()
     for _ in ways.rounds(program.statements):
         interpreter = Interpreter(program, ways=ways)

@@ -169,7 +169,7 @@ def test_a_robot_stops_on_its_way_to_a_point_when_the_key_is_let_go(tmp_path: Pa
     ("point", "why"),
     [
         (JointPoint((4.0, 0.0, 0.0, 0.0, 0.0, 0.0)), "left does not get to far: joint J1 would need 229.18 deg"),
-        (PosePoint((9.0, 0.0, 0.0), (0.0, 0.0, 0.0)), "left does not get to far: the flange cannot be at X 9000.0"),
+        (PosePoint((9.0, 0.0, 0.0), (0.0, 0.0, 0.0)), "left does not get to far: the TCP cannot be at X 9000.0"),
         (
             PosePoint((1.0, 0.0, 0.0), (0.0, 0.0, 0.0), tool="saw"),
             "left does not get to far: point far was taught with",

@@ -17,7 +17,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import PlanFailed, Planned
 from robot_agent.kinematics import SixAxis
 from robot_agent.language import Names, Points, parse_program
-from robot_agent.model.description import Tool
+from robot_agent.model.description import Mounted, Tool
 from robot_agent.workspace import PlacedRobot
 from tests.unit.six_axis_arm import arm, description
 
@@ -100,7 +100,7 @@ def test_a_branch_may_be_named_on_the_line_and_by_the_point() -> None:
     ("move", "reason"),
     [
         (f"MJ {TARGET} BRANCH=SIDE", "line 2, block 0: branch: found 'SIDE', allowed "),
-        ("MJ X=9000 Y=0 Z=0 A=0 B=0 C=0", "line 2, block 0: the flange cannot be at X 9000.0 Y 0.0 Z 0.0 mm: "),
+        ("MJ X=9000 Y=0 Z=0 A=0 B=0 C=0", "line 2, block 0: the TCP cannot be at X 9000.0 Y 0.0 Z 0.0 mm: "),
         ("MJ X=500 Z=table", "line 2, block 0: nobody has said where frame table is; see `cell frame show`"),
     ],
 )
@@ -111,7 +111,7 @@ def test_what_cannot_be_reached_is_refused_by_line_with_the_reason(move: str, re
 def test_a_branch_outside_the_limits_is_refused_with_the_joint() -> None:
     narrow = arm(100.0)
     text = why("MJ J1=-90\n" + f"MJ {TARGET} BRANCH=FRONT", model=narrow)
-    assert text.startswith("line 2, block 0: the flange cannot be at X -356.3")
+    assert text.startswith("line 2, block 0: the TCP cannot be at X -356.3")
     assert "joint J1 would need -108.70 deg, allowed -100.00 to 100.00" in text
 
 
@@ -127,14 +127,14 @@ def test_a_line_to_joints_ends_in_their_pose_on_the_branch_that_it_is_on() -> No
 def test_a_point_of_a_tool_is_where_its_tcp_comes() -> None:
     offset = from_xyz_abc(np.array([0.02, 0.03, 0.2, 0.1, 0.2, 0.3]))
     tool = Tool("gripper", offset, 1.0, (0.0, 0.0, 0.0), np.eye(3), ())
-    model = SixAxis(replace(description(), tools={"gripper": tool}, mounted="gripper"))
+    model = SixAxis(replace(description(), tools={"gripper": tool}, mounted=Mounted(("gripper",))))
     q_deg = [10.0, 5.0, 15.0, 10.0, 55.0, 5.0]
-    x, y, z, a, b, c = to_xyz_abc(model.tcp(np.radians(q_deg))).tolist()
+    x, y, z, a, b, c = to_xyz_abc(model.forward(np.radians(q_deg))).tolist()
     points: dict[str, Point] = {"P1": PosePoint((x, y, z), (a, b, c), tool="gripper")}
     np.testing.assert_allclose(end(HERE + "ML P1 F=9999", points=points, model=model), q_deg, atol=1e-5)
     assert "point P1 was taught with tool gripper, mounted is none" in why(HERE + "ML P1 F=9999", points=points)
-    tang = why(HERE + "TANG 1\nML P1 F=9999", points=points, model=model)
-    assert "point P1 is where the TCP of gripper was taught, while TANG leads the flange" in tang
+    points["P1"] = PosePoint((x, y, z), (a, b, c))
+    assert "taught without a tool, mounted is gripper" in why(HERE + "ML P1 F=9999", points=points, model=model)
 
 
 # Frames
