@@ -185,7 +185,7 @@ class _Visit:
                 self._line(approach.near_mm - rng.choice([0.0, 30.0, 100.0]) - _AHEAD_MM[self._family], feed=80.0)
             )
         made.append(self._line(deep, z=level if rng.random() < 0.5 else None))
-        made += self._inside(lambda: f"ML Z={self._number(low, high):g} F={0.4 * self._feed:g}{self._corner()} F=9999")
+        made += self._inside(lambda: f"ML Z={self._number(low, high):g} F={0.4 * self._feed:g}{self._corner()}")
         if rng.random() < 0.4:
             made.append(self._line(self._number(*approach.in_mm), aside=rng.choice([-60.0, 60.0])))
         made.append(self._line(approach.out_mm, last=True))
@@ -194,14 +194,12 @@ class _Visit:
     def _visit_from_above(self) -> list[str]:
         rng, approach = self._rng, self._approach
         deep = self._number(*approach.in_mm)
-        made = [f"ML Z={deep:g} F={self._feed:g}{self._corner()} F=9999"]
+        made = [f"ML Z={deep:g} F={self._feed:g}{self._corner()}"]
         x, y = approach.middle_mm
         half = self._number(*approach.levels_mm)
-        made += self._inside(
-            lambda: f"ML X={x + rng.choice([-half, half, 0.0]):g} F={self._feed:g}{self._corner()} F=9999"
-        )
+        made += self._inside(lambda: f"ML X={x + rng.choice([-half, half, 0.0]):g} F={self._feed:g}{self._corner()}")
         if rng.random() < 0.4:
-            made.append(f"ML Y={y + rng.choice([-half, half]):g} F={self._feed:g}{self._corner()} F=9999")
+            made.append(f"ML Y={y + rng.choice([-half, half]):g} F={self._feed:g}{self._corner()}")
         if rng.random() < 0.4:
             # The arch of pick and place: up, across, down.
             made += [
@@ -209,7 +207,7 @@ class _Visit:
                 f"ML X={x:g} Y={y:g}{self._corner()} F=9999",
                 f"ML Z={deep:g} F=9999",
             ]
-        made.append(f"ML Z={approach.out_mm:g} F={self._feed:g} F=9999")
+        made.append(f"ML Z={approach.out_mm:g} F={self._feed:g}")
         return made
 
     def _inside(self, move: object) -> list[str]:
@@ -229,7 +227,7 @@ class _Visit:
         x = math.cos(angle) * out - math.sin(angle) * side
         y = math.sin(angle) * out + math.cos(angle) * side
         level = "" if z is None else f" Z={z:g}"
-        return f"ML X={x:.6g} Y={y:.6g}{level} F={feed or self._feed:g}{'' if last else self._corner()} F=9999"
+        return f"ML X={x:.6g} Y={y:.6g}{level} F={feed or self._feed:g}{'' if last else self._corner()}"
 
     def _corner(self) -> str:
         return f" R={self._rng.choice([20, 50])}" if self._round else ""
