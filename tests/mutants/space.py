@@ -247,6 +247,7 @@ SPACE = (
         "back-in-what-it-left",
         "on the way back a robot is taken to be on the way there again, which it has given back",
         (Edit(CORE, "        executive.leave(passed)\n", ""),),
+        "a path has to come back within the lag of its robot; `test_agent_kept_apart.py` shows it there",
     ),
     Mutant(
         "jog-is-not-held",
