@@ -356,6 +356,7 @@ class AgentCore:
             feedback.owner, self.mode, meets, body, use, wants, stop_time_s, self._estops, now
         )
         told.append(presence)
+        executive.leave(passed)
         if block is None:
             return told
         runs = self.mode is Mode.RUNNING

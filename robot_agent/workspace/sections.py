@@ -146,12 +146,6 @@ def of_points(points: Array, radii: Array) -> Sections:
     return Sections(_ids(single, grown), single, grown)
 
 
-def within(points: Array, radii: Array, section: Sections) -> bool:
-    """Whether bodies, capsules `(m, c, 2, 3)` of `radii` `(c,)` [m], all lie within one section."""
-    away = np.linalg.norm(points - section.points.astype(float), axis=-1).max(axis=-1)
-    return bool((away + radii <= section.radii).all())
-
-
 def _edges(path: Sweep, taus: Array, first: int) -> Indices:
     """Samples `(s + 1,)` from `first` to the last one at which sections begin and end."""
     last = len(taus) - 1

@@ -232,6 +232,24 @@ SPACE = (
         ),
     ),
     Mutant(
+        "rear-by-the-way-back",
+        "an agent gives back the way there where its robot is as near to a place on the way back",
+        (
+            Edit(
+                "robot_agent/agent/blocks/executive.py",
+                "        near = int(np.argmax(distances <= max(least, FOLLOWING_M)))",
+                "        near = int(np.argmin(distances))",
+            ),
+        ),
+        "the following budget covers it in most rooms; `test_agent_kept_apart.py` measures the room that is left",
+    ),
+    Mutant(
+        "back-in-what-it-left",
+        "on the way back a robot is taken to be on the way there again, which it has given back",
+        (Edit(CORE, "        executive.leave(passed)\n", ""),),
+        "a path has to come back within the lag of its robot; `test_agent_kept_apart.py` shows it there",
+    ),
+    Mutant(
         "jog-is-not-held",
         "a jog goes on beyond what its robot owns",
         (

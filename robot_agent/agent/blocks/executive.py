@@ -17,7 +17,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.dynamics import AxisTorques
 from robot_agent.kinematics import OpenMechanism
-from robot_agent.workspace import Sweep, body_message, sweep, unknown_body
+from robot_agent.workspace import FOLLOWING_M, Sweep, body_message, sweep, unknown_body
 
 _MEASURED_LAG_S = 0.1
 """How far behind the commanded position the measured one is searched for."""
@@ -47,6 +47,8 @@ class Executive:
         self._standing: tuple[Span, Sweep] | None = None
         """Where it stood last, and its body there."""
         self.timeline = Timeline(self._resting(feedback.block, feedback.tick, standing, 0.0))
+        self._left_tick = feedback.tick
+        """What was commanded before it lies behind the robot."""
 
     def stand(self, standing: Planned, tick: int, tau: float = 0.0) -> None:
         """Forget the motion in which the robot stands still since before `tick`.
@@ -120,10 +122,15 @@ class Executive:
         """All between the measured position and rest, for what was sent and for `candidate`."""
         measured = self._measured(feedback)
         if measured is None:
-            return Passed(unknown_body(self._planner.model, self._planner.pose_world_base), [], 0.0)
+            unknown = unknown_body(self._planner.model, self._planner.pose_world_base)
+            return Passed(unknown, [], 0.0, self._left_tick)
         tick, widen_m = measured
         spans = self.timeline.spans(tick, candidate)
-        return Passed(self._body(spans, widen_m), spans, widen_m)
+        return Passed(self._body(spans, widen_m), spans, widen_m, tick)
+
+    def leave(self, passed: Passed) -> None:
+        """Whatever it may not pass by this lies behind it, and is searched no more: it has been told and given back."""
+        self._left_tick = passed.from_tick
 
     def _body(self, spans: list[Span], widen_m: float) -> Body:
         pieces = [(self._stood(span), 0, 0) if span.stands else (span.planned.sweep, *span.samples) for span in spans]
@@ -138,14 +145,16 @@ class Executive:
         return known[1]
 
     def _measured(self, feedback: DriveFeedback) -> tuple[int, float] | None:
-        """After which tick the commanded position was nearest to the measured one, and how far bodies are apart [m].
+        """After which tick it was commanded to where it is measured, and how far bodies are apart [m].
 
-        That is on the straight way to the next tick's; the capsule ends and the TCP go it together.
+        Nearest is a place on the straight way from a tick's to the next one's; capsule ends and TCP go it together.
+        Where a way comes back to where it was, the robot may be on the way there or on the way back. It is on the first
+        one within its following budget until that lies behind it.
         """
         if not feedback.referenced:
             return None
-        span = int(_MEASURED_LAG_S / self.cycle_s)
-        ticks = range(feedback.tick - span, feedback.tick + 1)
+        earliest = max(feedback.tick - int(_MEASURED_LAG_S / self.cycle_s), self._left_tick)
+        ticks = range(min(earliest, feedback.tick), feedback.tick + 1)
         commanded = np.array([block.segment.q[i] for block, i in map(self.timeline.at, ticks)])
         if (commanded == commanded[0]).all():  # it stands, as it does most of the time
             commanded = commanded[:1]
@@ -160,5 +169,8 @@ class Executive:
         share = np.clip(along / np.where(whole > 0.0, whole, 1.0), 0.0, 1.0)
         away[:-1] -= share[:, None, None, None] * steps
         distances = np.sqrt(np.einsum("mcek,mcek->mce", away, away).max(axis=(1, 2)))
-        nearest = int(np.argmin(distances))
-        return ticks[nearest], float(distances[nearest])
+        least = float(distances.min())
+        near = int(np.argmax(distances <= max(least, FOLLOWING_M)))
+        departs = np.diff(distances[near:], append=np.inf) > 0.0
+        coming = distances[near : near + int(np.argmax(departs)) + 1]
+        return ticks[near + int(np.argmin(coming))], least

@@ -39,3 +39,5 @@ class Passed:
     spans: list[Span]
     widen_m: float
     """How far it is measured from where it is commanded."""
+    from_tick: int
+    """After which tick it was commanded to where it is measured."""

@@ -15,7 +15,7 @@ from robot_agent.kinematics import Model
 from robot_agent.trajectory import Hold
 from robot_agent.workspace import FOLLOWING_M, MotionSections, Sweep, of_points, owned_by, part_of, sections_of
 
-_BORDER_S = 1e-9
+_NEAR_S = 2e-9
 """A place so near to the border of two sections is in both."""
 _UNANSWERED = "cleared space"
 
@@ -226,16 +226,12 @@ def _grown(motion: MotionSections, by_m: float) -> MotionSections:
 
 def _around(motion: MotionSections, tau: float) -> NDArray[np.intp]:
     """The one or two sections that a place is in."""
-    return _stretch(motion, tau - 2.0 * _BORDER_S, tau + 2.0 * _BORDER_S)
+    return _stretch(motion, tau - _NEAR_S, tau + _NEAR_S)
 
 
 def _stretch(motion: MotionSections, first_tau: float, last_tau: float) -> NDArray[np.intp]:
-    """The sections between two taus; a section that is only touched at its border does not count."""
-    last_of_all = len(motion.sections) - 1
-    first = int(np.searchsorted(motion.taus, first_tau + _BORDER_S, side="right")) - 1
-    last = int(np.searchsorted(motion.taus, last_tau - _BORDER_S, side="left")) - 1
-    first = min(max(first, 0), last_of_all)
-    return np.arange(first, min(max(last, first), last_of_all) + 1)
+    first, last = motion.span(first_tau, last_tau)
+    return np.arange(first, last + 1)
 
 
 def _united(some: Sections, more: Sections) -> Sections:

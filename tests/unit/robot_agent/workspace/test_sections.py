@@ -20,7 +20,7 @@ from robot_agent.language import Interpreter, MotionStep, Names, parse_program
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.workspace import Braking, PlacedRobot, sweep
-from robot_agent.workspace.sections import BACKING_RATE, FOLLOWING_M, MotionSections, cut, extended, standing, within
+from robot_agent.workspace.sections import BACKING_RATE, FOLLOWING_M, MotionSections, cut, extended, standing
 from tests.unit.random_moves import sequence
 from tests.unit.repository import ROOT
 from tests.unit.six_axis_paths import BASE, joint_path
@@ -127,7 +127,7 @@ def covers_the_motion(motion: Motion, found: MotionSections) -> None:
     points = transform_points(BASE, motion.model.capsules(motion.q(taus)))
     for index, (begin, end) in enumerate(zip(found.taus, found.taus[1:], strict=False)):
         here = (taus >= begin) & (taus <= end)
-        assert within(points[here], motion.model.capsule_radii, tight(found.sections[index : index + 1]))
+        assert each_within_one(points[here], motion.model.capsule_radii, tight(found.sections[index : index + 1]))
     assert len(found.taus) == len(found.sections) + 1 == len(found.stray) + 1
     assert (found.taus[0], found.taus[-1]) == (0.0, motion.duration_s)
     assert (np.diff(found.taus) > 0.0).all()
@@ -193,7 +193,7 @@ def test_what_is_between_two_samples_that_are_far_apart_is_in_their_section(seed
     points = transform_points(BASE, ARM.capsules(joint_path(seed, fine)))
     for tau, pose in zip(fine, points, strict=True):
         index = found.index(float(tau))
-        assert within(pose[None], ARM.capsule_radii, tight(found.sections[index : index + 1]))
+        assert each_within_one(pose[None], ARM.capsule_radii, tight(found.sections[index : index + 1]))
 
 
 def test_a_section_is_10_ms_or_what_10_mm_take() -> None:
@@ -261,8 +261,8 @@ def test_a_standing_robot_is_within_its_section_as_far_as_it_may_follow_and_no_f
     here, radii = standing(ARM, BASE, np.array(q), reserve_m), ARM.capsule_radii
     points = transform_points(BASE, ARM.capsules(np.array(q)))
     aside = np.array([0.6, 0.0, 0.8]) * (FOLLOWING_M + reserve_m)
-    assert within(points[None] + aside, radii, here)
-    assert not within(np.stack([points, points + 1.001 * aside]), radii, here)
+    assert each_within_one(points[None] + aside, radii, here)
+    assert not each_within_one(np.stack([points, points + 1.001 * aside]), radii, here)
 
 
 def test_a_delta_whose_rods_do_not_meet_may_be_anywhere_in_its_reach() -> None:

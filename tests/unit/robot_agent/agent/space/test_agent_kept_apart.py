@@ -1,30 +1,46 @@
 """One agent whose manager clears room, or does not."""
 
+from collections.abc import Iterator
+
 import numpy as np
+import pytest
+from numpy.typing import NDArray
 
 from cell.config.settings import SeparationSettings
 from cell.messages import Continue, Enable, Halt, Mode, Presence, ProgramState, Run, SetOverride, SetPart
+from robot_agent.kinematics import Model, load_model
+from robot_agent.workspace import FOLLOWING_M
 from tests.unit.agent_runs import at_rest, until
 from tests.unit.agent_world import AgentWorld
+from tests.unit.repository import ROOT
 from tests.unit.robot_agent.agent.operator.test_jog import Key, jog
 from tests.unit.robot_agent.agent.program.test_attached_parts import BARE, PICK
 
 KEPT_APART = SeparationSettings(0.03)
 THERE_AND_BACK = "MJ J1=25 F=100\nMJ J1=-25 F=100\nEND"
+DELTA = load_model(ROOT / "cell_configs" / "models" / "delta.yaml")
+UP_AND_DOWN = "MJ J1=10 J2=10 J3=10\nML Z=-750 F=2000\n" + "ML Z=-620\nML Z=-730\nML Z=-610\nML Z=-710\n" * 2 + "END"
+"""So fast that a robot 20 cycles behind is on the way there while it is commanded to places far on the way back."""
 
 
-def _ready(program: str, separation: SeparationSettings | None = KEPT_APART) -> AgentWorld:
-    world = AgentWorld(program, arm=BARE, separation=separation)
+def _ready(program: str, separation: SeparationSettings | None = KEPT_APART, arm: Model = BARE) -> AgentWorld:
+    world = AgentWorld(program, arm=arm, separation=separation)
     until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
-    world.call(SetPart(None))
-    world.run(0.1)
+    if arm is BARE:
+        world.call(SetPart(None))
+        world.run(0.1)
     world.call(Enable())
     until(world, lambda: world.state.mode is Mode.READY)
     return world
 
 
-def _running(program: str, clears: int | None = None, separation: SeparationSettings | None = KEPT_APART) -> AgentWorld:
-    world = _ready(program, separation)
+def _running(
+    program: str,
+    clears: int | None = None,
+    separation: SeparationSettings | None = KEPT_APART,
+    arm: Model = BARE,
+) -> AgentWorld:
+    world = _ready(program, separation, arm)
     world.clears = clears
     world.call(Run())
     until(world, lambda: world.state.mode is Mode.RUNNING)
@@ -37,6 +53,27 @@ def _owned(presence: Presence) -> set[int]:
 
 def _used(presence: Presence) -> set[int]:
     return set(presence.way.sections.ids[: presence.way.committed].tolist())
+
+
+def _lagging(world: AgentWorld, behind: int) -> Iterator[NDArray[np.float64]]:
+    """Run a program whose robot is measured so many cycles behind its command, and a little off.
+
+    Gives, after each step, the joints `(m, n)` that it had been commanded and had yet to come to.
+    """
+    rng = np.random.default_rng(1)
+    while world.state.program.state is not ProgramState.DONE:
+        yet_to_come = np.array(world.played[-1 - behind :])
+        world.measured = yet_to_come[0] + rng.normal(scale=1e-4, size=world.commanded.shape)
+        world.step()
+        yield yet_to_come
+
+
+def _least_room_m(world: AgentWorld, joints: NDArray[np.float64]) -> float:
+    """How much room its owned sections leave the robot at the worst of some joints `(m, n)` [m]."""
+    way, model = world.presences[-1].way, world.planner.model
+    points, owned = model.capsules(joints), way.sections[: way.owned]
+    away = np.linalg.norm(points[:, None] - owned.points, axis=-1).max(axis=-1)
+    return float((owned.radii - model.capsule_radii - away).min(axis=-1).max(axis=1).min())
 
 
 def test_where_all_is_cleared_a_program_takes_as_long_as_without() -> None:
@@ -65,6 +102,23 @@ def test_what_is_cleared_bit_by_bit_is_gone_bit_by_bit_and_never_more() -> None:
         assert _used(after) <= _owned(before) | {
             int(each) for each in before.way.sections.ids[before.way.owned : before.way.owned + 1]
         }
+
+
+@pytest.mark.parametrize("behind", [4, 20])
+def test_a_robot_that_comes_back_the_way_it_went_owns_nothing_again_that_it_has_given_back(behind: int) -> None:
+    world = _running(UP_AND_DOWN, arm=DELTA)
+    for _ in _lagging(world, behind):
+        before, after = world.presences[-2:]
+        assert _owned(after) <= set(before.way.sections.ids.tolist())
+
+
+@pytest.mark.parametrize("behind", [4, 20])
+def test_nothing_is_given_back_before_the_robot_has_passed_it_where_its_command_is_on_the_way_back_already(
+    behind: int,
+) -> None:
+    world = _running(UP_AND_DOWN, arm=DELTA)
+    for yet_to_come in _lagging(world, behind):
+        assert _least_room_m(world, yet_to_come) > FOLLOWING_M - 3e-4
 
 
 def test_a_halted_robot_gives_up_what_it_does_not_use() -> None:
