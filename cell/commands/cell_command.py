@@ -27,6 +27,7 @@ COMMANDS = {
     "manager": Subcommand(".processes.manager", "manager", f"cell manager {FILE}"),
     "enable": Subcommand(".operator.robot_orders", "enable", f"cell enable left -f {FILE}"),
     "run": Subcommand(".operator.robot_orders", "run", f"cell run left right -f {FILE}"),
+    "load": Subcommand(".operator.robot_orders", "load", f"cell load left programs/left.prog -f {FILE}"),
     "halt": Subcommand(".operator.robot_orders", "halt", f"cell halt left -f {FILE}"),
     "continue": Subcommand(".operator.robot_orders", "continue_", f"cell continue left -f {FILE}"),
     "return": Subcommand(".operator.robot_orders", "return_", f"cell return left -f {FILE}"),

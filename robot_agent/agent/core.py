@@ -39,6 +39,7 @@ from robot_agent.agent.drives.measured_rest import MeasuredRest
 from robot_agent.agent.mode import ModeEvent, after, has_torque, moves
 from robot_agent.agent.operator.decisions import Decisions, Situation
 from robot_agent.agent.operator.jogging import Jogging
+from robot_agent.agent.operator.loading import Loading, ProgramNotRead, ProgramRead
 from robot_agent.agent.operator.operator import OperatorCalls
 from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, Teaching
 from robot_agent.agent.planning.heard_frames import HeardFrames
@@ -106,8 +107,11 @@ class AgentCore:
         self.teaching = Teaching(robot, cell, program, self._frames)
         self.waits = Waits(robot, self.run, self.pace, self.zones.signals)
         doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted
-        decisions = Decisions(robot, *doers, self.teaching, self.waits)
-        self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions, self.teaching)
+        self.loading = Loading(robot, cell, self.report.event)
+        decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits)
+        self.operator = OperatorCalls(
+            robot, boot, cell.times.command_s, self.link, decisions, self.teaching, self.loading
+        )
         self.mode = Mode.STARTING
         self._owner = 0
         """Of the claim that this core works under; 0: none."""
@@ -164,6 +168,8 @@ class AgentCore:
                 self.run.planned(message, self.executive, self.pace.status.stepping, now)
             case PointWritten() | PointNotWritten():
                 self.teaching.written(message, self.run.lookahead.planned_to if self.run.running else 0)
+            case ProgramRead() | ProgramNotRead():
+                self.loading.heard(message)
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()

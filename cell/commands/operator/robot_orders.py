@@ -17,6 +17,7 @@ from cell.messages import (
     Disable,
     Enable,
     Halt,
+    Load,
     Return,
     Run,
     SetManual,
@@ -90,6 +91,26 @@ def run(
         raise CommandError("--from, --to and --dry for a common start", "leave them out, or run one robot at once")
     with connect(file, endpoint) as operator:
         run_together(operator, robots, AHEAD_S if ahead is None else ahead, last)
+
+
+def load(
+    robot: RobotArgument,
+    program: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[FILE]", help="Below the folder of the cell file on the agent's computer.", show_default=False
+        ),
+    ] = None,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Give a robot another program, or without FILE its present one anew after somebody has edited it.
+
+    Read are the program, all that it calls, and the robot's points. With a mistake in one of them all are told and the
+    old program stays. The robot is at rest; a program that is halted or interrupted ends by it. When the agent is
+    started again, the program of the cell file counts.
+    """
+    _order(robot, Load(program), file, endpoint)
 
 
 def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
