@@ -36,6 +36,7 @@ COMMANDS = {
     "tool": Subcommand(".operator.robot_orders", "tool", f"cell tool left none -f {FILE}"),
     "part": Subcommand(".operator.robot_orders", "part", f"cell part left none -f {FILE}"),
     "flag": Subcommand(".operator.robot_orders", "flag", f"cell flag left 7 -f {FILE}"),
+    "input": Subcommand(".operator.robot_orders", "input_", f"cell input left part_present on -f {FILE}"),
     "manual": Subcommand(".operator.robot_orders", "manual", f"cell manual left on -f {FILE}"),
     "jog": Subcommand(".operator.jog", "jog", f"cell jog left Z + --speed 20 --step 50 -f {FILE}"),
     "teach": Subcommand(".operator.point", "teach", f"cell teach left pick -f {FILE}"),

@@ -136,6 +136,17 @@ class AnswerFlag(Command):
 
 @command("robot")
 @dataclass(frozen=True, slots=True)
+class ForceInput(Command):
+    """What programs of this robot see of an input, whatever its gateway tells; spaces and safety inputs do not."""
+
+    verb: ClassVar[str] = "input"
+    input: Name
+    on: bool | None
+    """None: what its gateway tells, again."""
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
 class Jog(Command):
     """Begin to move along one axis; the robot goes on while `JogHeld` messages with the same press arrive."""
 

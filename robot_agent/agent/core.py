@@ -46,6 +46,7 @@ from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.passed import Passed
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
+from robot_agent.agent.program.forced_inputs import ForcedInputs
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.meetings import Meetings
 from robot_agent.agent.program.mounted_now import MountedNow
@@ -105,7 +106,8 @@ class AgentCore:
         self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
         self.mounted = MountedNow()
         self.teaching = Teaching(robot, cell, program, self._frames)
-        self.waits = Waits(robot, self.run, self.pace, self.zones.signals)
+        self.forced = ForcedInputs(robot, inputs, self.report.event)
+        self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced)
         doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted
         self.loading = Loading(robot, cell, self.report.event)
         decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits)
@@ -175,12 +177,14 @@ class AgentCore:
                 self.operator.forget_echoes()
             case Shutdown():
                 self._leaving = True
+                self.forced.end()
 
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
         if self._leaving and self._may_leave(feedback, now):
             effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(now)]
+            effects += self.report.take_events()
             return [*effects, Ended()] if self.link.released else effects
         effects = [*self.teaching.answers(), *self.link.claim_if_due(now)]
         if feedback is None or self.link.grant is None:
@@ -512,4 +516,5 @@ class AgentCore:
         program, clock = self.waits.told(state.program), self.clock.status(now)
         mounted = self.mounted
         state = replace(state, program=program, frames=frames, tool=mounted.tool, part=mounted.part, clock=clock)
+        state = replace(state, forced=dict(self.forced.on))
         return Publish(state)

@@ -16,6 +16,7 @@ from cell.messages import (
     Continue,
     Disable,
     Enable,
+    ForceInput,
     Halt,
     Load,
     Return,
@@ -44,6 +45,14 @@ class OnOff(Enum):
 
     ON = "on"
     OFF = "off"
+
+
+class Seen(Enum):
+    """How programs see an input."""
+
+    ON = "on"
+    OFF = "off"
+    FOLLOW = "follow"
 
 
 SwitchArgument = Annotated[OnOff, typer.Argument(help="on: at most 250 mm/s; off: automatic operation.")]
@@ -195,6 +204,23 @@ def flag(
     Refused where the program does not wait at this flag. One that is halted there goes on when it continues.
     """
     _order(robot, AnswerFlag(number), file, endpoint)
+
+
+def input_(
+    robot: RobotArgument,
+    name: Annotated[str, typer.Argument(metavar="INPUT", help="Of the drives file.", show_default=False)],
+    seen: Annotated[
+        Seen, typer.Argument(metavar="on|off|follow", help="follow: as it is measured, again.", show_default=False)
+    ],
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Force what the programs of a robot see of an input; one that waits for it goes on, and may move at once.
+
+    WAIT DI and IF DI alone see that, until follow or the end of the agent. Safety inputs have no such name and count as
+    they are measured, always; an input that switches a space is refused. `cell status` shows what is forced.
+    """
+    _order(robot, ForceInput(name, None if seen is Seen.FOLLOW else seen is Seen.ON), file, endpoint)
 
 
 def enable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

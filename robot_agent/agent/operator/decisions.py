@@ -18,6 +18,7 @@ from cell.messages import (
     Enable,
     EnableDrives,
     Estop,
+    ForceInput,
     Go,
     Jog,
     ListPoints,
@@ -42,6 +43,7 @@ from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.loading import Loading, NotLoaded
 from robot_agent.agent.operator.teaching import Teaching, Untaught
 from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.program.forced_inputs import NotForced
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.mounted_now import MountedNow
 from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
@@ -186,6 +188,8 @@ class Decisions:
             case AnswerFlag(flag):
                 why = self._waits.answer(flag)
                 return Refused(f"{self._robot}: {why}") if why else Done(f"{self._robot}: M {flag} is answered", mode)
+            case ForceInput():
+                return self._force(command, mode, situation)
             case Jog() | Go():
                 return self._jog(command, mode, situation, made_at)
             case Teach():
@@ -315,6 +319,15 @@ class Decisions:
             self._interruption.forget(f"an operator said that {text}: start it anew")
             mode = after(mode, ModeEvent.FORGOTTEN)
         return Done(text, mode)
+
+    def _force(self, command: ForceInput, mode: Mode, situation: Situation) -> Done | Refused:
+        forced, name = self._waits.forced, command.input
+        try:
+            if command.on is None:
+                return Done(forced.follow(name, situation.inputs), mode)
+            return Done(forced.force(name, command.on, situation.inputs), mode)
+        except NotForced as error:
+            return Refused(str(error))
 
     def _busy(self, mode: Mode, situation: Situation) -> Refused | None:
         """Why nothing is exchanged by which the robot moves; None where it stands, and nobody moves it."""

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from cell.commands.cell_command import app
 from cell.commands.operator import robot_orders
-from cell.messages import Command, Load, Reply
+from cell.messages import Command, ForceInput, Load, Reply
 
 
 @pytest.fixture
@@ -34,6 +34,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Command]:
     [
         ("load left", Load(None)),
         ("load left parts/lid.prog", Load("parts/lid.prog")),
+        ("input left part on", ForceInput("part", True)),
+        ("input left part off", ForceInput("part", False)),
+        ("input left part follow", ForceInput("part", None)),
     ],
 )
 def test_words_ask_for_a_command(asked: list[Command], words: str, command: Command) -> None:
