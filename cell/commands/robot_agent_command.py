@@ -23,9 +23,7 @@ from cell.commands.options import (
 )
 from cell.commands.processes.process import run_process
 from cell.commands.subcommands import explained
-from cell.config.document import read_text
-from cell.config.points_file import load_points
-from cell.config.problem import ConfigError, Problem
+from cell.config.problem import ConfigError
 
 app = typer.Typer(
     add_completion=False, pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]}
@@ -49,9 +47,9 @@ def robot_agent(
     It claims the robot's drives from its gateway and obeys the operator's commands; nothing moves before
     `cell enable ROBOT` and `cell run ROBOT`.
     """
+    from robot_agent.agent.operator.loading import read_program
     from robot_agent.agent.shell import run_agent
     from robot_agent.kinematics import KinematicsError
-    from robot_agent.language import Names, ProgramError, parse_program, points_owner
     from robot_agent.workspace import PlacedRobot
 
     settings = process_cell(file, parent_pipe)
@@ -60,14 +58,8 @@ def robot_agent(
     mine = settings.robots[robot]
     try:
         placed = PlacedRobot.of(mine)
-        text = read_text(mine.program)
-        if isinstance(text, Problem):
-            raise CommandError(f"the program cannot be read\n{text}", f"correct it, then: cell check {file}")
-        described = placed.model.description
-        owner = points_owner(settings, described, placed.model.branches)
-        known = Names.of(settings, robot, described, load_points(mine.points, owner))
-        program = parse_program(text, mine.program.name, known, mine.program.parent)
-    except (ConfigError, KinematicsError, ProgramError) as error:
+        program = read_program(settings, robot, placed.model, mine.program)
+    except (ConfigError, KinematicsError) as error:
         raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)
 

@@ -15,8 +15,9 @@ _DIGITS = 16
 def digest_of(settings: CellSettings, files: Mapping[str, Value]) -> str:
     """16 hex digits of SHA-256 over what the cell file says in SI units and over the files that it names.
 
-    `files`: the value of each named YAML file and the text of each program, by its place in the cell file
-    (`robots.left.model`). Comments, layout, the order of keys and where the files lie do not count. The same lengths in
+    `files`: the value of each named YAML file by its place in the cell file (`robots.left.model`), without programs and
+    points: they are read by their own agent alone, and anew while the cell runs. Comments, layout, the order of keys
+    and where the files lie do not count. The same lengths in
     another unit count as the same in the cell file, and as a difference in the others. What everybody takes from the
     manager does not count: where a frame is, so what counts of a thing in a frame is its pose in there; and of a zone
     all but its robots.

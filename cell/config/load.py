@@ -70,7 +70,7 @@ def cell_settings(reading: Reading[CellFile]) -> tuple[CellSettings | None, list
 
 
 def _named_files(document: Document) -> tuple[dict[str, Value], list[Problem]]:
-    """The content of every named file by its place in the cell file, and what cannot be read of them."""
+    """The content of every named file that counts in the digest, by its place in the cell file; what cannot be read."""
     robots, gateways = document.keys(("robots",)), document.keys(("gateways",))
     paths = [("robots", name, "model") for name in robots] + [("gateways", name, "drives") for name in gateways]
     files: dict[str, Value] = {}
@@ -89,11 +89,8 @@ def _named_files(document: Document) -> tuple[dict[str, Value], list[Problem]]:
         naming = Naming(document, ("robots", name, "program"))
         if (file := naming.file()) is None:
             continue
-        text = read_text(file, naming)
-        if isinstance(text, Problem):
+        if isinstance(text := read_text(file, naming), Problem):
             problems.append(text)
-        else:
-            files[path_text(naming.path)] = text
         taught = Naming(document, ("robots", name, "points"))
         if (file := taught.file()) is not None and isinstance(text := read_text(file, taught), Problem):
             problems.append(text)

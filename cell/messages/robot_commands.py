@@ -5,7 +5,7 @@ from enum import Enum
 from typing import ClassVar
 
 from cell.messages.call import SWITCHED_ON_WITHIN_S, Command, command
-from cell.messages.common import CellTime, Count, Name, Number
+from cell.messages.common import CellTime, Count, Name, Number, Text
 from cell.messages.jog import JogFrame
 
 
@@ -42,6 +42,17 @@ class Run(Command):
     """End with this line."""
     dry: bool = False
     """Switch no outputs."""
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class Load(Command):
+    """Read a program and the robot's points anew and take them; ends a program that is halted or interrupted."""
+
+    verb: ClassVar[str] = "load"
+    answer_within_s: ClassVar[float] = 5.0
+    file: Text | None = None
+    """Relative to the folder of the agent's cell file, without `..`; None: the file of its present program."""
 
 
 @command("robot")
@@ -121,6 +132,17 @@ class AnswerFlag(Command):
 
     verb: ClassVar[str] = "flag"
     flag: Count
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class ForceInput(Command):
+    """What programs of this robot see of an input, whatever its gateway tells; spaces and safety inputs do not."""
+
+    verb: ClassVar[str] = "input"
+    input: Name
+    on: bool | None
+    """None: what its gateway tells, again."""
 
 
 @command("robot")

@@ -143,5 +143,7 @@ class RobotState:
     """The mounted tool, of its robot file, empty for none; None where nobody has said it yet."""
     part: Name | None = ""
     """What the robot holds: a part of its robot file, empty for none; None where nobody has said it yet."""
+    forced: Annotated[dict[Name, bool], Few] = field(default_factory=dict)
+    """Input that an operator has forced: what programs of this robot see of it, on or off."""
     clock: ClockStatus | None = None
     """None before a manager's state has answered this agent."""

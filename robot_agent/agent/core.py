@@ -39,12 +39,14 @@ from robot_agent.agent.drives.measured_rest import MeasuredRest
 from robot_agent.agent.mode import ModeEvent, after, has_torque, moves
 from robot_agent.agent.operator.decisions import Decisions, Situation
 from robot_agent.agent.operator.jogging import Jogging
+from robot_agent.agent.operator.loading import Loading, ProgramNotRead, ProgramRead
 from robot_agent.agent.operator.operator import OperatorCalls
 from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, Teaching
 from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.passed import Passed
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
+from robot_agent.agent.program.forced_inputs import ForcedInputs
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.meetings import Meetings
 from robot_agent.agent.program.mounted_now import MountedNow
@@ -104,10 +106,14 @@ class AgentCore:
         self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
         self.mounted = MountedNow()
         self.teaching = Teaching(robot, cell, program, self._frames)
-        self.waits = Waits(robot, self.run, self.pace, self.zones.signals)
+        self.forced = ForcedInputs(robot, inputs, self.report.event)
+        self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced)
         doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted
-        decisions = Decisions(robot, *doers, self.teaching, self.waits)
-        self.operator = OperatorCalls(robot, boot, cell.times.command_s, self.link, decisions, self.teaching)
+        self.loading = Loading(robot, cell, self.report.event)
+        decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits)
+        self.operator = OperatorCalls(
+            robot, boot, cell.times.command_s, self.link, decisions, self.teaching, self.loading
+        )
         self.mode = Mode.STARTING
         self._owner = 0
         """Of the claim that this core works under; 0: none."""
@@ -164,17 +170,21 @@ class AgentCore:
                 self.run.planned(message, self.executive, self.pace.status.stepping, now)
             case PointWritten() | PointNotWritten():
                 self.teaching.written(message, self.run.lookahead.planned_to if self.run.running else 0)
+            case ProgramRead() | ProgramNotRead():
+                self.loading.heard(message)
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
             case Shutdown():
                 self._leaving = True
+                self.forced.end()
 
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
         if self._leaving and self._may_leave(feedback, now):
             effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(now)]
+            effects += self.report.take_events()
             return [*effects, Ended()] if self.link.released else effects
         effects = [*self.teaching.answers(), *self.link.claim_if_due(now)]
         if feedback is None or self.link.grant is None:
@@ -507,4 +517,5 @@ class AgentCore:
         program, clock = self.waits.told(state.program), self.clock.status(now)
         mounted = self.mounted
         state = replace(state, program=program, frames=frames, tool=mounted.tool, part=mounted.part, clock=clock)
+        state = replace(state, forced=dict(self.forced.on))
         return Publish(state)

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 
 from cell.config.points_edit import write_point
+from cell.config.problem import ConfigError
 from cell.config.settings import CellSettings
 from cell.config.yaml_edit import NotWritten
 from cell.core import Answer, Ask, Effect, Ended, Publish, Shutdown
@@ -16,6 +17,13 @@ from cell.net.calls import Calls
 from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession, Link, ZenohOptions
 from robot_agent.agent.core import AgentCore
+from robot_agent.agent.operator.loading import (
+    ProgramNotRead,
+    ProgramRead,
+    ReadProgram,
+    mistakes_text,
+    read_program,
+)
 from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, WritePoint
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, Unplan
@@ -84,8 +92,10 @@ class AgentShell:
         self._said = ""
         self._worker: PlanWorker | None = None
         self._calls: Calls | None = None
-        self._points: queue.SimpleQueue[PointWritten | PointNotWritten] = queue.SimpleQueue()
-        """What became of points that were to be written."""
+        self._done: queue.SimpleQueue[PointWritten | PointNotWritten | ProgramRead | ProgramNotRead] = (
+            queue.SimpleQueue()
+        )
+        """What became of files that were to be read or written."""
         mine = f"robot/{robot}"
         self._states = session.watch(
             "manager/state", "zone/*", "frame/*", "conveyor/*", f"{mine}/drives", f"{mine}/clearance", f"{mine}/jog",
@@ -102,7 +112,7 @@ class AgentShell:
             messages.extend(self._calls.take())
         if self._worker is not None:
             messages.extend(self._worker.results())
-        messages.extend(self._points.get_nowait() for _ in range(self._points.qsize()))
+        messages.extend(self._done.get_nowait() for _ in range(self._done.qsize()))
         self._watch_claim()
         if self._stop.is_set():
             messages.extend(self._leave())
@@ -123,6 +133,8 @@ class AgentShell:
                 self._worker.drop(ids)
             case WritePoint():
                 threading.Thread(target=self._write_point, args=(effect,), name="point", daemon=True).start()
+            case ReadProgram():
+                threading.Thread(target=self._read_program, args=(effect,), name="program", daemon=True).start()
             case Ended():
                 self.ended.set()
             case _:
@@ -133,12 +145,24 @@ class AgentShell:
         try:
             settings = write_point(effect.file, effect.name, effect.point, effect.owner)
         except NotWritten as error:
-            self._points.put(PointNotWritten(effect.id, str(error)))
+            self._done.put(PointNotWritten(effect.id, str(error)))
         except Exception as error:  # whatever it is, an operator waits for the outcome
             logging.getLogger(__name__).exception("writing point %s", effect.name)
-            self._points.put(PointNotWritten(effect.id, f"internal error, please report it: {error!r}"))
+            self._done.put(PointNotWritten(effect.id, f"internal error, please report it: {error!r}"))
         else:
-            self._points.put(PointWritten(effect.id, settings))
+            self._done.put(PointWritten(effect.id, settings))
+
+    def _read_program(self, effect: ReadProgram) -> None:
+        """On a thread of its own, as `_write_point`."""
+        try:
+            program = read_program(effect.cell, effect.robot, effect.model, effect.file)
+        except ConfigError as error:
+            self._done.put(ProgramNotRead(effect.id, mistakes_text(error.problems)))
+        except Exception as error:  # whatever it is, an operator waits for the outcome
+            logging.getLogger(__name__).exception("reading program %s", effect.file)
+            self._done.put(ProgramNotRead(effect.id, f"internal error, please report it: {error!r}"))
+        else:
+            self._done.put(ProgramRead(effect.id, program))
 
     def _watch_claim(self) -> None:
         """Serve the robot once it is ours; tell people while it is not."""

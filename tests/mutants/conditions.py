@@ -55,6 +55,12 @@ CONDITIONS = (
         bench=Bench.CONDITIONS,
     ),
     Mutant(
+        "force-outlives-follow",
+        "programs see an input as it was forced after it was to follow again",
+        (Edit("robot_agent/agent/program/forced_inputs.py", "        del self.on[name]\n", ""),),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
         "flags-not-counted-in-motion",
         "a flag that nobody answers is forgotten where the next motion begins at once",
         (

@@ -1,7 +1,8 @@
 """Programs with branches, loops, inputs and flags, drawn from a seed, on one agent that is halted at bad moments.
 
 What each program has to do is worked out from the tree that it was written from, without the product. Inputs are wrong
-until the robot stands where they are asked for, or come in time or too late, by time in which the program goes on.
+until the robot stands where they are asked for, or come in time or too late, by time in which the program goes on; some
+stay wrong there, and are forced until the program has gone on.
 
 python -m tests.sim.condition_checker --seeds 0:40
 """
@@ -14,12 +15,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from cell.messages import AnswerFlag, Continue, Enable, Halt, Mode, ProgramState, Run
+from cell.messages import AnswerFlag, Continue, Enable, ForceInput, Halt, Mode, ProgramState, Run
 from tests.unit.agent_world import STEP_S, AgentWorld
 
 _LONGEST_S = 200.0
 _TIMEOUT_S = 1.0
 _IN_TIME_S = 0.3
+_FORCED = 0.3
+"""Share of the questions without a time-out that a force answers."""
 _HALTED, _HALTED_AT_TIMEOUT = 0.02, 0.08
 """Share of the steps that begin with a halt."""
 
@@ -112,6 +115,10 @@ class Truth:
         """The time-th one, from 0."""
         return random.Random(f"{self.seed} {line} {time}").random() < 0.5
 
+    def forced(self, line: int, time: int) -> bool:
+        """Whether it is told by a force, and measured otherwise."""
+        return random.Random(f"{self.seed} force {line} {time}").random() < _FORCED
+
 
 def expected(nodes: tuple[Node, ...], written: Written, truth: Truth, asked: dict[int, int]) -> Iterator[int]:
     """The flags that come up, in their order."""
@@ -142,7 +149,7 @@ class Checked:
         self.world = AgentWorld("\n".join([*self._written.lines, "END"]))
         self.came: list[int] = []
         self._asked: dict[int, int] = {}
-        self._waiting = False
+        self._waiting = self._forced = False
         self._counted: dict[str, int] = {}
 
     def run(self) -> str:
@@ -185,7 +192,9 @@ class Checked:
         """The input, wrong unless the robot waits for it, where there is a time-out for some time."""
         program = self.world.state.program
         if program.waits_s is None or program.line not in self._written.forks or program.flag is not None:
-            self._waiting = False
+            if self._forced:
+                self.world.call(ForceInput("part", None))
+            self._waiting = self._forced = False
             self.world.inputs = {"part": not any(self._written.forks.values()) and self._rng.random() < 0.5}
             return
         if not self._waiting:
@@ -193,6 +202,10 @@ class Checked:
             self._asked[program.line] = self._asked.get(program.line, -1) + 1
         holds = self._truth.holds(program.line, self._asked[program.line])
         timed = self._written.forks[program.line]
+        if not timed and self._truth.forced(program.line, self._asked[program.line]):
+            self.world.inputs, self._forced = {"part": not holds}, True
+            self.world.call(ForceInput("part", holds))
+            return
         self.world.inputs = {"part": holds and (not timed or program.waits_s > _IN_TIME_S)}
 
     def _look(self) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.config.points_edit import write_point
+from cell.config.problem import ConfigError
 from cell.config.settings import (
     CellSettings,
     CorrectionSettings,
@@ -57,6 +58,13 @@ from cell.messages import (
     ZoneStatus,
 )
 from robot_agent.agent.core import AgentCore
+from robot_agent.agent.operator.loading import (
+    ProgramNotRead,
+    ProgramRead,
+    ReadProgram,
+    mistakes_text,
+    read_program,
+)
 from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, WritePoint
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
@@ -116,10 +124,13 @@ class AgentWorld:
         """The quick stop that the next claim tells."""
         parsed = parse_program(program, "left.prog", Names(names, points=points))
         cell = settings(on_manager_return, times or Times(), corrections or {}, spaces, things)
-        left = replace(cell.robots["left"], points=points_file)
+        folder = points_file.parent
+        left = replace(cell.robots["left"], points=points_file, program=folder / "left.prog")
         table = FrameSettings("table", None, PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
         self.agent = AgentCore(
-            replace(cell, separation=separation, robots={"left": left}, frames={"table": table}),
+            replace(
+                cell, file=folder / "cell.yaml", separation=separation, robots={"left": left}, frames={"table": table}
+            ),
             "left",
             self._planner_for,
             parsed,
@@ -192,6 +203,8 @@ class AgentWorld:
         """What each plan takes; None: as long as it takes the processor."""
         self._plans: list[tuple[float, Planned | PlanFailed]] = []
         self.answers_held = False
+        self.files_held = False
+        self._read: ProgramRead | ProgramNotRead | None = None
         self._answers: list[AskDone] = []
         self._calls = 0
         self._sequence = 0
@@ -256,6 +269,10 @@ class AgentWorld:
         """Let the gateway's answers to the agent's calls arrive."""
         while self._answers:
             self.agent.receive(self._answers.pop(0), self.now)
+
+    def release_files(self) -> None:
+        """Let the agent have what was read for it."""
+        self.agent.receive(self._read, self.now)
 
     def release_plans(self) -> None:
         """Let the agent have what is planned for it by now."""
@@ -396,6 +413,13 @@ class AgentWorld:
                     self.agent.receive(PointWritten(id, taught), self.now)
                 except NotWritten as error:
                     self.agent.receive(PointNotWritten(id, str(error)), self.now)
+            case ReadProgram(id, cell, robot, model, file):
+                try:
+                    self._read = ProgramRead(id, read_program(cell, robot, model, file))
+                except ConfigError as error:
+                    self._read = ProgramNotRead(id, mistakes_text(error.problems))
+                if not self.files_held:
+                    self.release_files()
             case Unplan(ids):
                 self.unplanned.extend(ids)
 

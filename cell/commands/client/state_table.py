@@ -79,10 +79,10 @@ def why(state: RobotState) -> str:
 
 
 def labelled_why(state: RobotState) -> str:
-    """`why` with what it is in front of it, so that waiting does not look like an alarm; then pace and part."""
+    """`why` with what it is in front of it, so that waiting does not look like an alarm; then pace, part and forces."""
     reason = why(state)
     labelled = f"{_label(state, reason)}: {reason}" if reason else ""
-    return "; ".join(filter(None, (labelled, pace_text(state), mounted_text(state))))
+    return "; ".join(filter(None, (labelled, pace_text(state), mounted_text(state), forced_text(state))))
 
 
 def waited_text(state: RobotState) -> str:
@@ -117,6 +117,12 @@ def mounted_text(state: RobotState) -> str:
     if state.part is None:
         part = f"what it holds is unknown: cell part {state.robot}"
     return ", ".join(filter(None, (tool, part)))
+
+
+def forced_text(state: RobotState) -> str:
+    """What is forced, and to what; empty for nothing."""
+    inputs = ", ".join(f"{name} {'on' if on else 'off'}" for name, on in state.forced.items())
+    return f"forced for its programs: {inputs}" if inputs else ""
 
 
 def robot_line(robot: str, state: RobotState | None) -> str:

@@ -16,7 +16,9 @@ from cell.messages import (
     Continue,
     Disable,
     Enable,
+    ForceInput,
     Halt,
+    Load,
     Return,
     Run,
     SetManual,
@@ -43,6 +45,14 @@ class OnOff(Enum):
 
     ON = "on"
     OFF = "off"
+
+
+class Seen(Enum):
+    """How programs see an input."""
+
+    ON = "on"
+    OFF = "off"
+    FOLLOW = "follow"
 
 
 SwitchArgument = Annotated[OnOff, typer.Argument(help="on: at most 250 mm/s; off: automatic operation.")]
@@ -90,6 +100,26 @@ def run(
         raise CommandError("--from, --to and --dry for a common start", "leave them out, or run one robot at once")
     with connect(file, endpoint) as operator:
         run_together(operator, robots, AHEAD_S if ahead is None else ahead, last)
+
+
+def load(
+    robot: RobotArgument,
+    program: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[FILE]", help="Below the folder of the cell file on the agent's computer.", show_default=False
+        ),
+    ] = None,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Give a robot another program, or without FILE its present one anew after somebody has edited it.
+
+    Read are the program, all that it calls, and the robot's points. With a mistake in one of them all are told and the
+    old program stays. The robot is at rest; a program that is halted or interrupted ends by it. When the agent is
+    started again, the program of the cell file counts.
+    """
+    _order(robot, Load(program), file, endpoint)
 
 
 def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
@@ -174,6 +204,23 @@ def flag(
     Refused where the program does not wait at this flag. One that is halted there goes on when it continues.
     """
     _order(robot, AnswerFlag(number), file, endpoint)
+
+
+def input_(
+    robot: RobotArgument,
+    name: Annotated[str, typer.Argument(metavar="INPUT", help="Of the drives file.", show_default=False)],
+    seen: Annotated[
+        Seen, typer.Argument(metavar="on|off|follow", help="follow: as it is measured, again.", show_default=False)
+    ],
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Force what the programs of a robot see of an input; one that waits for it goes on, and may move at once.
+
+    WAIT DI and IF DI alone see that, until follow or the end of the agent. Safety inputs have no such name and count as
+    they are measured, always; an input that switches a space is refused. `cell status` shows what is forced.
+    """
+    _order(robot, ForceInput(name, None if seen is Seen.FOLLOW else seen is Seen.ON), file, endpoint)
 
 
 def enable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,11 @@ from cell.messages import (
     Enable,
     EnableDrives,
     Estop,
+    ForceInput,
     Go,
     Jog,
     ListPoints,
+    Load,
     Mode,
     ResetDrives,
     ResetRobot,
@@ -37,15 +40,17 @@ from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.cell_clock import LONGEST_S, CellClock
 from robot_agent.agent.mode import ModeEvent, after, stands
 from robot_agent.agent.operator.jogging import Jogging
+from robot_agent.agent.operator.loading import Loading, NotLoaded
 from robot_agent.agent.operator.teaching import Teaching, Untaught
 from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.program.forced_inputs import NotForced
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.mounted_now import MountedNow
 from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
 from robot_agent.agent.program.path_gap import Gap
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.program.waits import Waits
-from robot_agent.language import Excerpt, NotThere
+from robot_agent.language import Excerpt, NotThere, Program
 from robot_agent.trajectory.sources import Axes, JointAxes, ToolAxes, WayAxes
 
 _THERE = 1e-6
@@ -102,7 +107,15 @@ class Taught:
     planner: Planner
 
 
-Decision = Done | Refused | Passed | Taught
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """A program is read; the answer comes once it is."""
+
+    file: Path
+    planner: Planner
+
+
+Decision = Done | Refused | Passed | Taught | Wanted
 
 
 class Decisions:
@@ -118,10 +131,12 @@ class Decisions:
         interruption: Interruption,
         mounted: MountedNow,
         teaching: Teaching,
+        loading: Loading,
         waits: Waits,
     ) -> None:
         self._robot = robot
         self._teaching = teaching
+        self._loading = loading
         self._run = run
         self._interruption = interruption
         self._mounted = mounted
@@ -173,10 +188,14 @@ class Decisions:
             case AnswerFlag(flag):
                 why = self._waits.answer(flag)
                 return Refused(f"{self._robot}: {why}") if why else Done(f"{self._robot}: M {flag} is answered", mode)
+            case ForceInput():
+                return self._force(command, mode, situation)
             case Jog() | Go():
                 return self._jog(command, mode, situation, made_at)
             case Teach():
                 return self._teach(command, situation)
+            case Load():
+                return self._load(command, mode, situation)
             case ListPoints():
                 return Done(self._teaching.told(situation.planner), mode)
             case ResetRobot():
@@ -262,12 +281,13 @@ class Decisions:
     def _unsaid(self) -> str:
         """What the program has to know and nobody has said, for people; empty when it may run."""
         now, robot = self._mounted, self._robot
-        for kind, told, names, wanted in (
-            ("tool", now.tool, now.tools or (), self._run.changes_tools),
-            ("part", now.part, now.parts, self._run.mounts),
+        changes, moves = self._run.changes_tools, "moves the TCP of its tool"
+        takes = "takes or gives away a part"
+        for kind, told, names, wanted, does in (
+            ("tool", now.tool, now.tools or (), True, "changes its tool" if changes else moves),
+            ("part", now.part, now.parts, self._run.mounts, "changes its tool" if changes else takes),
         ):
             if wanted and told is None:
-                does = "changes its tool" if self._run.changes_tools else "takes or gives away a part"
                 which = "which tool is mounted" if kind == "tool" else "what it holds"
                 return (
                     f"{robot} cannot run its program, which {does}: nobody has said {which} since its agent was "
@@ -287,11 +307,8 @@ class Decisions:
         if name is not None and name not in names:
             known = ", ".join(names) or "it has none"
             return Refused(f"no {said.verb} {name!r}; in the robot file of {self._robot} are: {known}")
-        if not (stands(mode) or mode is Mode.DISABLED):
-            return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
-        executive = situation.executive
-        if not situation.standing or not (executive is None or executive.at_rest(situation.feedback.tick)):
-            return Refused(f"{self._robot} still moves: call again when it is at rest")
+        if (refused := self._busy(mode, situation)) is not None:
+            return refused
         if told == (name or ""):
             return Done(f"{text}, as before", mode)
         if isinstance(said, SetTool):
@@ -303,7 +320,49 @@ class Decisions:
             mode = after(mode, ModeEvent.FORGOTTEN)
         return Done(text, mode)
 
+    def _force(self, command: ForceInput, mode: Mode, situation: Situation) -> Done | Refused:
+        forced, name = self._waits.forced, command.input
+        try:
+            if command.on is None:
+                return Done(forced.follow(name, situation.inputs), mode)
+            return Done(forced.force(name, command.on, situation.inputs), mode)
+        except NotForced as error:
+            return Refused(str(error))
+
+    def _busy(self, mode: Mode, situation: Situation) -> Refused | None:
+        """Why nothing is exchanged by which the robot moves; None where it stands, and nobody moves it."""
+        if not (stands(mode) or mode is Mode.DISABLED):
+            return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+        executive = situation.executive
+        if not situation.standing or not (executive is None or executive.at_rest(situation.feedback.tick)):
+            return Refused(f"{self._robot} still moves: call again when it is at rest")
+        return None
+
+    def _load(self, command: Load, mode: Mode, situation: Situation) -> Wanted | Refused:
+        if (refused := self._busy(mode, situation)) is not None:
+            return refused
+        if self._teaching.writing:
+            return Refused(f"point {self._teaching.writing} is being written: load once it is there")
+        try:
+            return Wanted(self._loading.file(command.file), situation.planner)
+        except NotLoaded as error:
+            return Refused(str(error))
+
+    def loaded(self, program: Program, mode: Mode, situation: Situation) -> Done | Refused:
+        """A program was read: take it, unless the robot has begun to do something meanwhile."""
+        if (refused := self._busy(mode, situation)) is not None:
+            return Refused(f"{program.name} is good, and was not taken: {refused.text}, then load it again")
+        ended = self._run.running or self._run.interrupted
+        if ended:
+            self._interruption.forget("an operator loaded a program")
+            mode = after(mode, ModeEvent.FORGOTTEN)
+        self._run.load(program)
+        self._teaching.takes(program)
+        return Done(self._loading.taken(program, ended=ended), mode)
+
     def _teach(self, command: Teach, situation: Situation) -> Taught | Refused:
+        if self._loading.under_way:
+            return Refused(f"a program of {self._robot} is being read, and its points: teach once that is done")
         executive, planner = situation.executive, situation.planner
         rests = situation.standing and (executive is None or executive.at_rest(situation.feedback.tick))
         try:

@@ -25,7 +25,8 @@ from cell.messages import (
 from cell.net.freshness import Sent
 from robot_agent.agent.drives.gateway_link import GatewayLink, Switching
 from robot_agent.agent.mode import ModeEvent, after
-from robot_agent.agent.operator.decisions import Decision, Decisions, Done, Passed, Refused, Situation, Taught
+from robot_agent.agent.operator.decisions import Decision, Decisions, Done, Passed, Refused, Situation, Taught, Wanted
+from robot_agent.agent.operator.loading import Loading, ProgramNotRead
 from robot_agent.agent.operator.teaching import Teaching
 
 _WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog, Go)
@@ -43,6 +44,7 @@ class OperatorCalls:
         link: GatewayLink,
         decisions: Decisions,
         teaching: Teaching,
+        loading: Loading,
     ) -> None:
         self._robot = robot
         self._boot = boot
@@ -50,6 +52,7 @@ class OperatorCalls:
         self._link = link
         self._decisions = decisions
         self._teaching = teaching
+        self._loading = loading
         self._states = Sent(boot)
         self._requests: deque[Request] = deque()
         self._outcomes: deque[tuple[Switching, bool, str]] = deque()
@@ -84,7 +87,7 @@ class OperatorCalls:
 
     def refuse_all(self, why: str) -> list[Effect]:
         """Answer everything that waits with a refusal, `who` excepted."""
-        effects: list[Effect] = []
+        effects: list[Effect] = self._loading.answered(False, why)
         while self._requests:
             request = self._requests.popleft()
             call = request.call
@@ -100,6 +103,7 @@ class OperatorCalls:
             self._resets.clear()
             self._acknowledged = False
         mode = self._acknowledge(self._settle_outcomes(mode, effects), situation)
+        mode = self._take_program(mode, situation, effects)
         while self._requests:
             request = self._requests.popleft()
             call = request.call
@@ -113,6 +117,8 @@ class OperatorCalls:
                     effects.append(self._link.switch(command, request.request_id, call.id))
                 case Taught(name, point, planner):
                     effects.append(self._teaching.write(name, point, planner, request.request_id, call.id))
+                case Wanted(file, planner):
+                    effects.append(self._loading.read(file, planner, request.request_id, call.id))
                 case Done(text, mode):
                     effects.append(Answer(request.request_id, Reply(call.id, True, text)))
                 case Refused(text):
@@ -132,6 +138,21 @@ class OperatorCalls:
                 case ResetDrives() if ok and switching.call_id in self._resets:
                     self._acknowledged = True
         return mode
+
+    def _take_program(self, mode: Mode, situation: Situation, effects: list[Effect]) -> Mode:
+        """What was read; with a mistake the old program stays."""
+        match self._loading.outcome:
+            case None:
+                return mode
+            case ProgramNotRead(reason=reason):
+                remedy = "correct it and load again; `cell check` looks at all programs of a cell, `cell plot` at one"
+                text = f"{self._robot} keeps its program, the new one is refused:\n{reason}\n{remedy}"
+                effects += self._loading.answered(False, text)
+                return mode
+            case read:
+                result = self._decisions.loaded(read.program, mode, situation)
+        effects += self._loading.answered(isinstance(result, Done), result.text)
+        return result.mode if isinstance(result, Done) else mode
 
     def _acknowledge(self, mode: Mode, situation: Situation) -> Mode:
         """The drives' answer may come before their feedback of it; what that still says is the fault of before."""

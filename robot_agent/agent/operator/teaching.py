@@ -128,6 +128,16 @@ class Teaching:
         owner = points_owner(self._cell, planner.model.description, planner.model.branches)
         return WritePoint(self._waiting.id, self._cell.robots[self._robot].points, name, point, owner)
 
+    @property
+    def writing(self) -> str:
+        """The point that is being written; empty for none."""
+        return "" if self._waiting is None else self._waiting.name
+
+    def takes(self, program: Program) -> None:
+        """From here on the points are those of this program."""
+        self._program, self._points = program, program.points
+        self._frames.need(program.frames)
+
     def written(self, outcome: PointWritten | PointNotWritten, planned_to: int) -> None:
         """Take what became of it; the program has planned up to a line, 0 for none."""
         waiting = self._waiting

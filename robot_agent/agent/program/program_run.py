@@ -91,6 +91,14 @@ class ProgramRun:
     def interrupted(self) -> bool:
         return self.state is ProgramState.INTERRUPTED
 
+    def load(self, program: Program) -> None:
+        """From here on it is about this program; none is running."""
+        self._program = program
+        self.state, self.error, self.line = ProgramState.LOADED, "", 0
+        self.variables, self.waited_s = {}, {}
+        self.flags.drop()
+        self.lookahead.stop()
+
     def start(
         self,
         q: NDArray[np.float64],

@@ -1,12 +1,14 @@
 """Where a program rests until something is so: WAIT DI, IF and M.
 
 An input counts there by what the gateway measured after the robot had come to rest, or had gone on after a halt: what
-was before says nothing of what the program has just done. Time at a wait counts while the program goes on, forwards.
+was before says nothing of what the program has just done. One that an operator has forced counts as that. Time at a
+wait counts while the program goes on, forwards.
 """
 
 from dataclasses import replace
 
 from cell.messages import DriveFeedback, ProgramStatus
+from robot_agent.agent.program.forced_inputs import ForcedInputs
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.zones.gateway_signals import FRESH_S, GatewaySignals
@@ -16,11 +18,12 @@ from robot_agent.language import AwaitAnswer, AwaitInput, Decide, Signal
 class Waits:
     """At most one at a time, that of `run`."""
 
-    def __init__(self, robot: str, run: ProgramRun, pace: Pace, signals: GatewaySignals) -> None:
+    def __init__(self, robot: str, run: ProgramRun, pace: Pace, signals: GatewaySignals, forced: ForcedInputs) -> None:
         self._robot = robot
         self._run = run
         self._pace = pace
         self._signals = signals
+        self.forced = forced
         self._step: AwaitInput | AwaitAnswer | Decide | None = None
         """The newest to which the program came."""
         self._waited = 0
@@ -117,6 +120,8 @@ class Waits:
         return min(FRESH_S, self._now - self._since)
 
     def _known(self, signal: Signal, oldest_s: float) -> bool | None:
+        if signal.kind == "DI" and signal.name in self.forced.on:
+            return self.forced.on[signal.name]
         if signal.kind == "DI":
             return self._signals.closed(signal.name, self._now, oldest_s)
         names = self._run.outputs.names
@@ -131,5 +136,8 @@ class Waits:
         if is_on is None:
             return f"WAIT DI: {self._why_unknown(step.signal)}"
         is_now, wanted = ("on", "off") if is_on else ("off", "on")
+        if step.signal.name in self.forced.on:
+            ends = f"`cell input {self._robot} {step.signal.name} follow` ends that"
+            return f"{step.signal} is forced {is_now}, WAIT DI goes on when it is {wanted}; {ends}"
         tried = f"`cell simulate input {self._robot} {step.signal.name} {wanted}`"
         return f"{step.signal} is {is_now}, WAIT DI goes on when it is {wanted}; in a simulated cell {tried}"

@@ -50,7 +50,7 @@ def test_metres_and_millimetres_mean_the_same_and_have_the_same_digest(tmp_path:
         ("models/six_axis.yaml", "a1z: 650", "a1z: 651", False),
         ("two_arms/left_drives.yaml", "boot_timeout_s: 5", "boot_timeout_s: 6", False),
         ("two_arms/left_drives.sim.yaml", "level: fast", "level: full", True),
-        ("two_arms/programs/left.prog", "WAIT 0.3", "WAIT 0.4", False),
+        ("two_arms/programs/left.prog", "WAIT 0.3", "WAIT 0.4", True),
         (CELL, "size: [900, 2600, 2600]", "sphere: 900", True),
         (CELL, "robots: [left, right]", "robots: [left]", False),
         (CELL, "on_manager_return: continue", "on_manager_return: operator", False),

@@ -10,9 +10,11 @@ import pytest
 
 from cell.config import load_cell
 from cell.config.points_file import JointPoint, PointsOwner
+from robot_agent.agent.operator.loading import ProgramNotRead, ProgramRead, ReadProgram
 from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, WritePoint
 from robot_agent.agent.shell import AgentShell
 from tests.unit.config_world import TWO_ARMS
+from tests.unit.six_axis_arm import arm
 
 OWNER = PointsOwner(("J1",))
 DEADLINE_S = 5.0
@@ -61,3 +63,16 @@ def test_what_cannot_be_written_is_told_too(shell: AgentShell, tmp_path: Path, n
     failed = news(shell)
     assert isinstance(failed, PointNotWritten)
     assert (failed.id, why in failed.reason) == (4, True), failed.reason
+
+
+def test_a_program_is_read_beside_the_loop(shell: AgentShell, tmp_path: Path) -> None:
+    cell = load_cell(TWO_ARMS)
+    shell.perform(ReadProgram(5, cell, "left", arm(), cell.robots["left"].program))
+    read = news(shell)
+    assert isinstance(read, ProgramRead)
+    assert (read.id, read.program.name) == (5, "left.prog")
+    (tmp_path / "bad.prog").write_text("MOVE\n")
+    shell.perform(ReadProgram(6, cell, "left", arm(), tmp_path / "bad.prog"))
+    refused = news(shell)
+    assert isinstance(refused, ProgramNotRead)
+    assert "bad.prog:1:1: program: found `MOVE`" in refused.reason

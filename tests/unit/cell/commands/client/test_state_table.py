@@ -51,6 +51,11 @@ def test_a_robot_that_waits_says_for_what() -> None:
     assert robot_line("left", waiting) == "left: running, line 8 ML X=1650, waits: zone handover: held by right"
 
 
+def test_inputs_that_are_forced_are_shown_whatever_the_robot_does() -> None:
+    forced = dataclasses.replace(RUNNING, forced={"part": True, "door": False})
+    assert robot_line("left", forced).endswith("ML X=1650, forced for its programs: part on, door off")
+
+
 def test_a_wait_of_the_program_says_since_when() -> None:
     program = dataclasses.replace(RUNNING.program, flag=7, waits_s=12.4)
     waiting = dataclasses.replace(RUNNING, program=program, waiting_for="M 7 waits for an answer")

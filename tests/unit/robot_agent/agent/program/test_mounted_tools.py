@@ -1,11 +1,12 @@
 """A tool that is changed: body, TCP and torques are those of the mounted one, whatever happens in between."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cell.messages import Enable, Mode, ResetRobot, Run, SetPart, SetTool
+from cell.messages import Enable, Load, Mode, ResetRobot, Run, SetPart, SetTool
 from robot_agent.dynamics import axis_torques
 from robot_agent.kinematics import SixAxis
 from robot_agent.model import LinkMass, Mounted, Tool
@@ -171,3 +172,13 @@ def test_the_torques_are_those_with_the_mounted_tool() -> None:
             np.testing.assert_allclose(block.torque[-1], torques.standing(block.position[-1:])[0], atol=1e-6)
             seen.add(world.state.tool)
     assert seen == {"gripper", "lance"}
+
+
+def test_a_program_without_tools_runs_only_where_the_tool_is_known_that_the_one_before_changes(tmp_path: Path) -> None:
+    (tmp_path / "still.prog").write_text("ML X=1200 Y=0 Z=1500 A=0 B=180 C=0 F=100\nEND\n")
+    world = ready(CHANGE, tool="", points_file=tmp_path / "left.points.yaml")
+    assert answer(world, Load("still.prog")).ok
+    assert answer(world, Run()).text == (
+        "left cannot run its program, which moves the TCP of its tool: nobody has said which tool is mounted since "
+        "its agent was started; look, then `cell tool left gripper|lance|none`"
+    )
