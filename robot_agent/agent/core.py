@@ -401,7 +401,7 @@ class AgentCore:
         stands = Sections()
         if self._rest.standing:
             stands = standing(planner.model, planner.pose_world_base, feedback.position, ROOM_M)
-        return Use(self.space.beside_blocks(body, stands), planner.model)
+        return Use(self.space.beside_blocks(body, stands), planner.model, widen_m=np.inf)
 
     # What the robot carries
 

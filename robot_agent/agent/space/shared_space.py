@@ -31,7 +31,7 @@ class Use:
     ahead: Sections | None = None
     """Those that come after these, in the order of travel; None: it gives up what it does not use."""
     widen_m: float = 0.0
-    """How far it is measured from where it is commanded."""
+    """How far it is measured from where it is commanded; infinite where no blocks lead it."""
 
 
 class SharedSpace:
@@ -47,6 +47,8 @@ class SharedSpace:
         self._refusal = ""
         self._way = Sections()
         """What was said last: all that is owned is in there."""
+        self._measured: frozenset[int] = frozenset()
+        """Of that, where it was measured beside its path, or beside what it owned, since it was last in there."""
         self._wanted: Sections | None = None
         """What a robot that stands wants to grow into."""
         self.beside_path = False
@@ -128,7 +130,7 @@ class SharedSpace:
         if not self.kept_apart or not passed.body.known:
             return Sections()
         if passed.widen_m > FOLLOWING_M:
-            return _united(self._mine_said, sections_of(passed.body))
+            return self._beside(passed.body)
         some = Sections()
         for span in passed.spans:
             more = self._passed(span)
@@ -170,7 +172,13 @@ class SharedSpace:
         inside, which = _covering(body.poses.astype(float), grown, self._mine_said)
         if inside.all():
             return self._mine_said[which]
-        return standing if len(standing) else _united(self._mine_said, sections_of(body))
+        return standing if len(standing) else self._beside(body)
+
+    def _beside(self, body: Body) -> Sections:
+        """Where a body is, and what the robot had before it was measured beside that."""
+        mine = self._mine_said
+        had = np.array([each not in self._measured for each in mine.ids.tolist()], dtype=bool)
+        return _united(mine[np.flatnonzero(had)], sections_of(body))
 
     # What is said
 
@@ -182,11 +190,13 @@ class SharedSpace:
         renounce = ahead is None
         whole = use.sections if ahead is None else _united(use.sections, ahead)
         ids, committed = whole.ids.tolist(), len(use.sections)
+        by_force = frozenset(ids[:committed]) - self._owned.ids
+        self._measured = (self._measured | by_force) & frozenset(ids) if use.widen_m > FOLLOWING_M else frozenset()
         owned = self._owned.follow(ids, committed, renounce=renounce)
         self._owned.ask(sequence, ids[owned:])
         if owned == len(ids):
             self._refusal = ""
-        self._way, self.beside_path = whole, use.widen_m > FOLLOWING_M
+        self._way, self.beside_path = whole, FOLLOWING_M < use.widen_m < np.inf
         capsules = range(len(use.model.body))
         links = tuple(owned_by(part_of(use.model, capsule)) for capsule in capsules)
         fixed = tuple(capsule for capsule in capsules if use.model.body[capsule].link == 0)

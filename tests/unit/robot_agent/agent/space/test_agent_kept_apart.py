@@ -121,6 +121,30 @@ def test_nothing_is_given_back_before_the_robot_has_passed_it_where_its_command_
         assert _least_room_m(world, yet_to_come) > FOLLOWING_M - 3e-4
 
 
+def test_a_robot_that_is_kept_beside_its_path_owns_where_it_is_and_not_all_places_where_it_was_measured() -> None:
+    world = _running(THERE_AND_BACK)
+    world.run(0.4)
+    rng, owned = np.random.default_rng(1), []
+    for _ in range(100):
+        world.measured = world.commanded + 0.02 + rng.normal(scale=1e-5, size=world.commanded.shape)
+        world.step()
+        owned.append(world.presences[-1].way.owned)
+        assert _least_room_m(world, world.measured[None]) > 0.0
+    assert world.state.tcp_speed_m_s == 0.0
+    assert owned[-1] == owned[-50]
+
+
+def test_a_robot_without_torque_that_is_pushed_owns_where_it_is_and_not_all_its_way() -> None:
+    world = _ready("END")
+    world.quick_stop()
+    owned = []
+    for _ in range(100):
+        world.push(0.003)
+        world.step()
+        owned.append(world.presences[-1].way.owned)
+    assert max(owned) < 10
+
+
 def test_a_halted_robot_gives_up_what_it_does_not_use() -> None:
     world = _running(THERE_AND_BACK)
     world.run(0.4)
