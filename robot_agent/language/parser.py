@@ -10,7 +10,7 @@ from robot_agent.language.names import Names, Points
 from robot_agent.language.program import CalledLine, Program, ProgramError, ProgramProblem
 from robot_agent.language.sequence import End
 from robot_agent.language.statement import STATEMENTS, Reading, Statement
-from robot_agent.language.words import COMMENT, Mistake, Word, nearest, statements_in
+from robot_agent.language.words import COMMENT, Mistake, Word, nearest, statements_in, tool_first
 
 
 def parse_program(text: str, name: str, names: Names, folder: Path | None = None) -> Program:
@@ -57,7 +57,8 @@ class _Reader:
         self.lines += lines
         for number, written in enumerate(lines, 1):
             line = CalledLine(before + number, name, number) if called else number
-            for words in statements_in(COMMENT.split(written, maxsplit=1)[0]):
+            found = statements_in(COMMENT.split(written, maxsplit=1)[0])
+            for words in (each for whole in found for each in tool_first(whole, self._names.joints)):
                 reading.place = len(self.statements)
                 try:
                     self.statements.append(_kind(words[0]).read(line, words, reading))

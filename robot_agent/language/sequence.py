@@ -28,6 +28,8 @@ class Track(Statement):
         word = only_argument(words, "the name of a correction, or OFF")
         if word.text.upper() in ("OFF", "0"):
             return cls(line, None)
+        if word.text.isdecimal() and word.text.isascii():
+            word = Word(f"trk{word.text}", word.column)
         if reading.names.corrections is not None and word.text not in reading.names.corrections:
             raise unknown(
                 word,

@@ -12,6 +12,8 @@ COMMENT = re.compile(r";|//")
 """From here to the end of its line."""
 _SHORT = re.compile(r"(FC|FA|FJ|F|R|H)([+-]?[0-9.]+)\Z", re.IGNORECASE)
 _BY_LETTER = re.compile(r"([TZ])(?:[0-9]+|\s*=.*)\Z", re.IGNORECASE)
+_FLAG = re.compile(r"(M)([0-9]+)\Z", re.IGNORECASE)
+_MOVES = frozenset({"MJ", "ML", "MC", "MS", "HOME"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,25 @@ def statements_in(written: str) -> list[list[Word]]:
         begin = label.end()
         found.append([Word("LABEL", label.start(1) + 1), Word(label.group(1), label.start(1) + 1)])
     words = [Word(match.group(), match.start() + 1) for match in _WORD.finditer(written, begin)]
-    return [*found, words] if words else found
+    return [*found, _numbered(words)] if words else found
+
+
+def _numbered(words: list[Word]) -> list[Word]:
+    """With `M5` as `M 5`, and `T 1` as `T1`."""
+    head, *others = words
+    if flag := _FLAG.match(head.text):
+        return [Word(flag[1], head.column), Word(flag[2], head.column), *others]
+    if head.text.upper() == "T" and others and others[0].text.isdecimal():
+        return [Word(f"{head.text}{others[0].text}", head.column), *others[1:]]
+    return words
+
+
+def tool_first(words: list[Word], joints: Collection[str]) -> list[list[Word]]:
+    """The statements that the words of one are: a tool on the line of a move is the `T` before it."""
+    tool = next((word for word in words[1:] if word.statement == "T="), None)
+    if tool is None or words[0].text.upper() not in _MOVES or "T" in {joint.upper() for joint in joints}:
+        return [words]
+    return [[tool], [word for word in words if word is not tool]]
 
 
 class Mistake(Exception):
@@ -91,14 +111,14 @@ def number(text: str, word: Word) -> float:
 def signal_name(words: list[Word], at: int, letters: str) -> tuple[Word, int] | None:
     """The name of an input (DI) or output (DO) that begins with the word `at`, and the index of the word after it.
 
-    A number stands for the letters and it: `DO 3` and `DO3` name DO3. None where there is no such name.
+    A number stands for the letters and it: `DO 3` and `DO3` name do3. None where there is no such name.
     """
     if at < len(words) and re.fullmatch(rf"{letters}[0-9]+", words[at].text, re.IGNORECASE):
-        return Word(words[at].text.upper(), words[at].column), at + 1
+        return Word(words[at].text.lower(), words[at].column), at + 1
     if at + 1 >= len(words) or words[at].text.upper() != letters:
         return None
     word = words[at + 1]
-    return (Word(f"{letters}{word.text}", word.column) if re.fullmatch("[0-9]+", word.text) else word), at + 2
+    return (Word(f"{letters.lower()}{word.text}", word.column) if re.fullmatch("[0-9]+", word.text) else word), at + 2
 
 
 def named_numbers(words: list[Word], allowed: tuple[str, ...]) -> Named:

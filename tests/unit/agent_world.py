@@ -109,7 +109,7 @@ class AgentWorld:
         things: tuple[ThingSettings, ...] = (),
         separation: SeparationSettings | None = None,
         points: Points | None = None,
-        points_file: Path = Path("points.yaml"),
+        points_file: Path = Path("no_such_folder") / "points.yaml",
     ) -> None:
         arm = arm or model()
         names = arm.joint_names

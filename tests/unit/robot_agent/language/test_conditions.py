@@ -27,7 +27,7 @@ from robot_agent.language import (
     parse_program,
 )
 
-NAMES = Names(("J1",), inputs=("part", "door", "DI3"), outputs=("gripper", "DO3"))
+NAMES = Names(("J1",), inputs=("part", "door", "di3"), outputs=("gripper", "do3"))
 
 
 def problem_of(text: str) -> str:
@@ -68,9 +68,9 @@ def pauses(text: str, on: frozenset[str] = frozenset()) -> list[float]:
         ("IF\nENDIF", "1:1: found IF without a condition after it, allowed DI name, DO name, NOT DI name, or a"),
         ("IF DI part AND\nENDIF", "1:12: found AND without a condition after it"),
         ("IF DI part AND DI door OR DI3\nENDIF", "1:24: found AND and OR in one condition, allowed one of them"),
-        ("IF DI prat\nENDIF", "1:7: found unknown input `prat`, allowed a name of inputs: DI3, door, part"),
-        ("IF DI 4\nENDIF", "1:7: found unknown input `DI4`"),
-        ("IF DO part\nENDIF", "1:7: found unknown output `part`, allowed a name of outputs: DO3, gripper"),
+        ("IF DI prat\nENDIF", "1:7: found unknown input `prat`, allowed a name of inputs: di3, door, part"),
+        ("IF DI 4\nENDIF", "1:7: found unknown input `di4`"),
+        ("IF DO part\nENDIF", "1:7: found unknown output `part`, allowed a name of outputs: do3, gripper"),
         ("IF DI part DI door\nENDIF", "1:4: found `DI part DI door`"),
         ("IF 1 == 1\nENDIF", "1:4: found `1 1`"),
         ("IF NOT 1 < 2\nENDIF", "1:4: found `NOT 1 < 2`"),
@@ -113,15 +113,15 @@ def test_more_variables_than_are_told_are_refused() -> None:
 def test_a_number_stands_for_the_letters_and_it(words: str) -> None:
     (wait,) = run(f"WAIT {words}")
     assert isinstance(wait, AwaitInput)
-    assert wait.signal == Signal("DI", "DI3")
-    assert pauses(f"IF {words}\nWAIT 1\nENDIF", frozenset({"DI3"})) == [1]
+    assert wait.signal == Signal("DI", "di3")
+    assert pauses(f"IF {words}\nWAIT 1\nENDIF", frozenset({"di3"})) == [1]
 
 
 @pytest.mark.parametrize("words", ["DO3", "do3", "DO 3"])
 def test_so_for_outputs(words: str) -> None:
     (now,) = run(f"SET {words}")
     assert isinstance(now, SwitchNow)
-    assert [(each.output, each.on) for each in now.switches if not isinstance(each, FlagMark)] == [("DO3", True)]
+    assert [(each.output, each.on) for each in now.switches if not isinstance(each, FlagMark)] == [("do3", True)]
 
 
 WORDS = ["IF", "ELSE", "ENDIF", "LET", "WAIT", "DI", "part", "AND", "OR", "NOT", "<", "=", "1", "n", "+", "-", "*", "/"]
