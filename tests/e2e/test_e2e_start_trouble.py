@@ -62,10 +62,9 @@ def test_an_agent_with_another_configuration_is_refused(live: LiveCell) -> None:
     gateway = live.gateway("left_bus")
     elsewhere = live.folder / "elsewhere"
     shutil.copytree(live.folder / "cell_configs", elsewhere)
-    program = elsewhere / "two_arms" / "programs" / "left.prog"
-    program.write_text(program.read_text().replace("WAIT 0.2", "WAIT 0.3"))
-    cell = str(elsewhere / "two_arms" / "cell.yaml")
-    agent = live.start("robot-agent", cell, "left", "--state-dir", str(elsewhere / "state"))
+    cell = elsewhere / "two_arms" / "cell.yaml"
+    cell.write_text(f"{cell.read_text()}\nseparation: {{margin: 31}}\n")
+    agent = live.start("robot-agent", str(cell), "left", "--state-dir", str(elsewhere / "state"))
     ended_with_a_sentence(agent, "the agent's configuration is ", "start both with the same cell file")
     gateway.signal(signal.SIGINT)
     assert gateway.wait(20.0) == 0
