@@ -107,8 +107,8 @@ class Onlooker:
         return self.states[robot].boot
 
     def somebody_waits(self) -> bool:
-        """For room that is another robot's."""
-        return any(self.says(robot, "would come") for robot in self._robots)
+        """For room that is another robot's, or that another one needs first."""
+        return any(self.says(robot, " would ") for robot in self._robots)
 
     def all_say(self, text: str) -> bool:
         """All wait for something with this text."""
