@@ -386,7 +386,7 @@ _SHARED = b'"cell":"c","boot":"b","epoch":1,"sequence":1,"cell_time":1.0,"digest
     ],
     ids=["deadlocks", "stops", "zones", "unknown fields", "unknown fields of a stop"],
 )
-def test_nothing_that_anybody_sends_in_place_of_a_stop_costs_a_bus_cycle(
+def test_nothing_that_anybody_sends_in_place_of_a_stop_takes_long_to_refuse(
     kind: type, begins: bytes, value: bytes, ends: bytes, count: int
 ) -> None:
     values = b",".join(value.replace(b"%d", b"%d" % number) for number in range(count))
@@ -398,7 +398,7 @@ def test_nothing_that_anybody_sends_in_place_of_a_stop_costs_a_bus_cycle(
             decode(kind, data)
         return time.process_time() - before
 
-    assert min(spent() for _ in range(5)) < 0.02
+    assert min(spent() for _ in range(5)) < 0.06, "8 to 13 ms on a quiet machine; 230 where all of it is read"
 
 
 @pytest.mark.parametrize("kind", [Estop, ManagerState])
