@@ -6,7 +6,7 @@ imported here (`docs/architecture.md`, 2.1).
 
 from robot_agent.language.conditions import Else, EndIf, If, Let, LookAhead, RaiseFlag, Wait, WaitInput, Ways
 from robot_agent.language.excerpt import Excerpt, NotThere, excerpt
-from robot_agent.language.interpreter import Interpreter, Step, forks
+from robot_agent.language.interpreter import Interpreter, Step, Still, forks
 from robot_agent.language.moves import (
     ActiveFrame,
     ArcStep,
@@ -112,6 +112,7 @@ __all__ = [
     "SplineStep",
     "Statement",
     "Step",
+    "Still",
     "Sub",
     "Switch",
     "SwitchNow",

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from itertools import accumulate, compress
 
 from robot_agent.language.conditions import EndIf, If
 from robot_agent.language.program import Program
@@ -11,19 +12,6 @@ from robot_agent.language.statement import Statement, Walk
 
 class NotThere(Exception):
     """A program cannot begin or end at a line; the text says why, for people."""
-
-
-@dataclass(frozen=True, slots=True)
-class HeldBack(Statement):
-    """A statement whose outputs stay as they are in a dry run."""
-
-    @classmethod
-    def read(cls, line: int, words: object, reading: object) -> "HeldBack":
-        """No program has it."""
-        raise NotImplementedError
-
-    def run(self, _walk: Walk) -> None:
-        """Nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +46,7 @@ def excerpt(program: Program, first_line: int | None, last_line: int | None, *, 
             raise NotThere(f"line {last_line} comes before line {first_line}: end at a later line")
         program, begins.index = _ended(program, last, begins.index)
     if dry:
-        quiet = tuple(HeldBack(each.line) if each.switched_outputs else each for each in program.statements)
-        program = replace(program, statements=quiet)
+        program, begins.index = _quiet(program, begins.index)
     return Excerpt(program, begins)
 
 
@@ -108,3 +95,11 @@ def _ended(program: Program, last: int, begin: int) -> tuple[Program, int]:
     made = [each.moved(places) for each in program.statements]
     made.insert(last + 1, End(program.statements[last].line))
     return replace(program, statements=tuple(made)), places[begin]
+
+
+def _quiet(program: Program, begin: int) -> tuple[Program, int]:
+    """The program without what switches outputs, and where the place `begin` is in it."""
+    kept = [not each.switched_outputs for each in program.statements]
+    places = list(accumulate(kept, initial=0))
+    made = tuple(each.moved(places) for each in compress(program.statements, kept))
+    return replace(program, statements=made), places[begin]

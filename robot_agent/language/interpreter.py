@@ -30,9 +30,8 @@ _MAX_SWITCHES = 100
 
 Fork = Decide | AwaitInput
 """After one the program goes on in one of two places; after `AwaitInput` only where that has a target."""
-Step = (
-    MotionStep
-    | Pause
+Still = (
+    Pause
     | SwitchNow
     | Mount
     | Meet
@@ -44,6 +43,8 @@ Step = (
     | Finished
     | ProgramFault
 )
+"""What moves nothing: it is done, or waited for, at rest."""
+Step = MotionStep | Still
 
 
 def _nothing(_signal: Signal) -> None:

@@ -18,22 +18,15 @@ from cell.messages import ZoneGeometry
 from robot_agent.agent.planning.joining import StraightOn, why_apart
 from robot_agent.agent.planning.plans import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest, Unplan
 from robot_agent.language import (
-    AwaitAnswer,
-    AwaitInput,
-    Decide,
     Finished,
     Interpreter,
-    Meet,
     MotionStep,
-    Mount,
-    Pause,
     Program,
     ProgramFault,
     Signal,
     Step,
-    SwitchNow,
+    Still,
     TrackingOff,
-    TrackingOn,
     Walk,
     Ways,
     forks,
@@ -72,22 +65,7 @@ class Waiting:
     line: int
 
 
-Item = (
-    Planned
-    | PlanFailed
-    | Waiting
-    | Pause
-    | SwitchNow
-    | Mount
-    | Meet
-    | AwaitInput
-    | AwaitAnswer
-    | Decide
-    | TrackingOn
-    | TrackingOff
-    | Finished
-    | ProgramFault
-)
+Item = Planned | PlanFailed | Waiting | Still
 
 
 class Lookahead:
