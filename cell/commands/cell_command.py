@@ -23,6 +23,7 @@ COMMANDS = {
     "status": Subcommand(".operator.status", "status", f"cell status -f {FILE}"),
     "why": Subcommand(".operator.why", "why", f"cell why left -f {FILE}"),
     "events": Subcommand(".operator.events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
+    "record": Subcommand(".operator.record", "record", f"cell record stop.mcap -f {FILE}"),
     "drives": Subcommand(".operator.drives", "drives", f"cell drives -f {FILE}"),
     "manager": Subcommand(".processes.manager", "manager", f"cell manager {FILE}"),
     "enable": Subcommand(".operator.robot_orders", "enable", f"cell enable left -f {FILE}"),

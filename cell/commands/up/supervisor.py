@@ -10,10 +10,10 @@ from rich.console import Console
 
 from cell.commands.client.cell_view import POLL_S, CellView, Snapshot, at_rest, unreferenced
 from cell.commands.client.connection import client_session
+from cell.commands.client.display import Show
 from cell.commands.client.state_table import why
 from cell.commands.errors import CommandError, quoted
 from cell.commands.up.children import Children
-from cell.commands.up.display import Show
 from cell.commands.up.orders import Orders
 from cell.config.settings import CellSettings
 from cell.messages import Enable, Event, Halt, Mode, ProgramState, RobotState, Run, Severity

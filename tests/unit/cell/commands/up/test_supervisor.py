@@ -10,8 +10,8 @@ import pytest
 from rich.console import Console
 
 from cell.commands.client.cell_view import Snapshot
+from cell.commands.client.display import Show
 from cell.commands.up import orders, supervisor
-from cell.commands.up.display import Show
 from cell.commands.up.supervisor import Supervisor
 from cell.messages import Call, Event, ManagerState, Mode, ProgramState, ProgramStatus, Reply, RobotState, Run, Severity
 from tests.unit.manager_world import settings
