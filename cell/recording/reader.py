@@ -4,6 +4,8 @@ import dataclasses
 import struct
 import tempfile
 from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath
@@ -24,6 +26,17 @@ _BROKEN = (CRCValidationError, McapError, ZstdError, RuntimeError, struct.error,
 """What the libraries raise where bytes are missing or wrong."""
 Heard = tuple[object, float]
 """A message, and when it was heard: seconds since 1970 (UTC)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Raw:
+    """A message as it lies in the file."""
+
+    topic: int
+    kind: type
+    data: bytes
+    at: float
+    """When it was heard: seconds since 1970 (UTC)."""
 
 
 class Recorded:
@@ -53,37 +66,42 @@ class Recorded:
         self._cell_file = about["cell_file"]
 
     def messages(self, since: float | None = None) -> Iterator[Heard]:
-        """Everything that was heard; with `since`, seconds since 1970: first the newest on each topic before."""
-        kinds: dict[int, type | None] = {}
+        """Everything that was heard; `since` as in `raw`."""
+        for raw in self.raw(since):
+            yield self.message(raw), raw.at
+
+    def raw(self, since: float | None = None) -> Iterator["Raw"]:
+        """The same, not yet read; with `since`, seconds since 1970: first the newest on each topic before."""
+        kinds: dict[int, type] = {}
         names: dict[int, str] = {}
-        before: dict[int, Message] | None = None if since is None else {}
+        before: dict[int, Raw] = {}
         for record in self._records():
             if isinstance(record, Schema):
                 names[record.id] = record.name
             elif isinstance(record, Channel) and record.message_encoding == "json":
                 kinds[record.id] = self._kind(names.get(record.schema_id, ""))
-            elif isinstance(record, Message) and kinds.get(record.channel_id) is not None:
-                if before is not None and since is not None:
-                    if _seconds(record.log_time) < since:
-                        before[record.channel_id] = record
-                        continue
-                    yield from self._decoded(before, kinds)
-                    before = None
-                yield self._heard(record, kinds)
-        if before is not None:
-            yield from self._decoded(before, kinds)
+            elif isinstance(record, Message) and (kind := kinds.get(record.channel_id)) is not None:
+                raw = Raw(record.channel_id, kind, record.data, _seconds(record.log_time))
+                if since is not None and raw.at < since:
+                    before[raw.topic] = raw
+                    continue
+                yield from sorted(before.values(), key=_at)
+                before = {}
+                yield raw
+        yield from sorted(before.values(), key=_at)
 
-    def _decoded(self, newest: dict[int, Message], kinds: dict[int, type | None]) -> Iterator[Heard]:
-        for record in sorted(newest.values(), key=lambda each: each.log_time):
-            yield self._heard(record, kinds)
-
-    def _heard(self, record: Message, kinds: dict[int, type | None]) -> Heard:
-        kind = kinds[record.channel_id]
-        assert kind is not None
+    def message(self, raw: "Raw") -> object:
+        """What was heard."""
         try:
-            return from_json(kind, record.data), _seconds(record.log_time)
+            return from_json(raw.kind, raw.data)
         except CodecError as error:
             raise self._other_version(str(error)) from error
+
+    def span(self) -> tuple[float, float]:
+        """When the first and the last message were heard; both when it began for one without messages."""
+        times = [raw.at for raw in self.raw()]
+        began = datetime.fromisoformat(self.began).timestamp()
+        return (min(times), max(times)) if times else (began, began)
 
     def _kind(self, name: str) -> type:
         if name not in KINDS:
@@ -131,3 +149,7 @@ class Recorded:
 
 def _seconds(nanoseconds: int) -> float:
     return nanoseconds // 10**9 + nanoseconds % 10**9 / 1e9
+
+
+def _at(raw: Raw) -> float:
+    return raw.at

@@ -69,7 +69,10 @@ class Recording:
         self.messages += 1
 
     def flush(self) -> None:
-        """Hand all that was recorded to the operating system; do it at least each second. Raises `RecordingError` where there is no room."""
+        """Hand all that was recorded to the operating system: what was not may be lost, so do it each second.
+
+        Raises `RecordingError` where there is no room.
+        """
         self._writer.flush()
         self._file.flush()
         self._check()

@@ -17,7 +17,7 @@ def json_line(kind: str, name: str, what: object = None, **more: object) -> str:
 def status_lines(settings: CellSettings, seen: Snapshot) -> list[str]:
     """Manager, robots, gateways, zones and meetings; who does not answer has `"silent": true` and nothing else."""
     manager = seen.manager
-    told = [("manager", settings.name, manager)]
+    told: list[tuple[str, str, object]] = [("manager", settings.name, manager)]
     told += [("robot", name, seen.robots.get(name)) for name in settings.robots]
     told += [("gateway", name, seen.gateways.get(name)) for name in settings.gateways]
     lines = [json_line(kind, name, state, silent=state is None) for kind, name, state in told]

@@ -32,7 +32,7 @@ class Cell:
         console = Console(file=self.output, width=200)
         children = SimpleNamespace(deaths=list, all_dead=lambda: False)
         self.show = Show(settings(), console)
-        self.supervisor = Supervisor(settings(), children, console, self.stop, threading.Event())  # type: ignore[arg-type]
+        self.supervisor = Supervisor(settings(), children, console, self.stop, threading.Event(), Path("recordings"))  # type: ignore[arg-type]
         self.looks = 0
 
     def ask(self, _to: str, call: Call, _timeout_s: float) -> Reply:
