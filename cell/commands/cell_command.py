@@ -24,6 +24,8 @@ COMMANDS = {
     "why": Subcommand(".operator.why", "why", f"cell why left -f {FILE}"),
     "events": Subcommand(".operator.events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
     "record": Subcommand(".operator.record", "record", f"cell record stop.mcap -f {FILE}"),
+    "replay": Subcommand(".files.replay", "replay", "cell replay stop.mcap --from -10 --speed 0.5"),
+    "report": Subcommand(".files.report", "report", "cell report stop.mcap -o stop.html"),
     "drives": Subcommand(".operator.drives", "drives", f"cell drives -f {FILE}"),
     "manager": Subcommand(".processes.manager", "manager", f"cell manager {FILE}"),
     "enable": Subcommand(".operator.robot_orders", "enable", f"cell enable left -f {FILE}"),

@@ -20,12 +20,11 @@ from cell.config.settings import CellSettings
 from cell.net.errors import CodecError
 from cell.recording.errors import RecordingError
 from cell.recording.json_form import KINDS, from_json
+from cell.recording.summary import Heard
 from cell.recording.writer import METADATA
 
 _BROKEN = (CRCValidationError, McapError, ZstdError, RuntimeError, struct.error, ValueError, EOFError)
 """What the libraries raise where bytes are missing or wrong."""
-Heard = tuple[object, float]
-"""A message, and when it was heard: seconds since 1970 (UTC)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,7 +41,7 @@ class Ring:
             self._new_bytes += len(payload)
 
     def pack(self, now: float) -> None:
-        """Pack what came since the last call, let go what is too old or too much. To be called each second by one thread."""
+        """Pack what came since the last call, let go what is too old or too much. For one thread, each second."""
         with self._lock:
             new, self._new, self._new_bytes = self._new, [], 0
         if new:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from cell.config import load_cell
 from cell.recording.cell_files import RecordedCell, recorded_cell
-from cell.recording.reader import Heard, Recorded
+from cell.recording.reader import Recorded
+from cell.recording.summary import Heard
 from cell.recording.writer import Recording
 from tests.unit.repository import ROOT
 
