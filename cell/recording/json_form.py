@@ -136,16 +136,17 @@ def _adapter(hint: Any) -> TypeAdapter[Any]:
 @cache
 def _arrays(kind: Any) -> bool:
     """Whether something in a class is an array."""
-    return dataclasses.is_dataclass(kind) and any(
-        _dtype(hint) is not None or _arrays(hint) for hint in _hints(kind).values()
-    )
+    fields = _hints(kind) if hasattr(kind, "__dataclass_fields__") else {}
+    return any(_dtype(hint) is not None or _arrays(hint) for hint in fields.values())
 
 
+@cache
 def _hints(kind: Any) -> dict[str, Any]:
     hints = get_type_hints(kind, include_extras=True)
     return {field.name: hints[field.name] for field in dataclasses.fields(kind)}
 
 
+@cache
 def _dtype(hint: Any) -> np.dtype[Any] | None:
     """Of an array, or of one that may be missing; None for all else."""
     arrays = [each for each in (hint, *get_args(hint)) if get_origin(each) is np.ndarray]

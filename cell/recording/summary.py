@@ -26,6 +26,10 @@ LOOK_S = 0.1
 """So far apart are the values of a curve."""
 LATELY_S = 0.25
 """Where a robot was longer ago is not where it is."""
+TOLD_BY = frozenset({Clearance, Event, GatewayState, ManagerState, Presence, RobotState})
+"""What the numbers are of; nothing else need be read."""
+CLEARED_SPACE = "cleared space"
+"""For what a robot says that it waits until it has read why it has no room."""
 MOVES, WAITS = "moves", "waits"
 Heard = tuple[object, float]
 """A message, and when it was heard: seconds since 1970 (UTC)."""
@@ -187,8 +191,9 @@ class _Seen:
             if reason.startswith(f"zone {name}:"):
                 return f"zone {name}", zone.holder if zone.holder not in (None, state.robot) else ""
         clearance = self._clearances.get(state.robot)
-        if clearance is not None and clearance.refused is not None and clearance.refused.text == reason:
-            return "room", clearance.refused.by
+        refused = None if clearance is None else clearance.refused
+        if refused is not None and reason in (refused.text, CLEARED_SPACE):
+            return "room", refused.by
         return _NUMBER.sub("…", reason), ""
 
     def _look(self, robot: str, at: float) -> None:

@@ -29,9 +29,9 @@ def report(
 ) -> None:
     """Print what each robot did, who waited for whom and how long, the smallest distances, lateness and alarms."""
     with opened(recording, "cell report") as recorded:
-        from cell.recording.summary import summary
+        from cell.recording.summary import TOLD_BY, summary
 
-        found = summary(recorded.messages())
+        found = summary((recorded.message(raw), raw.at) for raw in recorded.raw() if raw.kind in TOLD_BY)
         title = f"cell {recorded.cell}, {_time(found.began)} to {_time(found.ended)}"
         cut = " (cut off)" if recorded.cut else ""
     lines = report_lines(found)

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cell.commands.client.connection import Connection, connect
-from cell.commands.client.recorded import recorded
+from cell.commands.client.cell_files import running_cell
+from cell.commands.client.connection import reached
+from cell.commands.client.recorded import hear_all, recorded
 from cell.commands.errors import CommandError, not_installed, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.commands.processes.stop import stop_event
 from cell.config import ConfigError, load_cell
+from cell.config.settings import CellSettings
 from cell.core import Arrived
 from cell.messages import STATES, ManagerState
 from cell.net.inbox import Inbox
+from cell.net.session import CellSession
 
 if TYPE_CHECKING:
     from cell.recording.writer import Recording
@@ -56,14 +59,16 @@ def record(
     if output.suffix != SUFFIX:
         raise CommandError(f"{output}: what is recorded is a file {SUFFIX}", f"name it {output.stem}{SUFFIX}")
     stop = stop_event()
-    with connect(file, endpoint, stop) as operator:
-        heard = operator.session.queue("**", size=_WAITING)
-        first = _first(operator, heard, stop)
+    settings = running_cell(file)
+    with reached(settings, file, endpoint) as session, reached(settings, file, endpoint) as bulk:
+        heard = Inbox(session.decoder, _WAITING)
+        hear_all(session, bulk, heard.store)
+        first = _first(settings, session, heard, stop)
         try:
-            with Recording(output, recorded(operator.settings), time.time()) as recording:
-                _tell_files(operator, recording, first)
+            with Recording(output, recorded(settings), time.time()) as recording:
+                _tell_files(settings, recording, first)
                 began = time.monotonic()
-                _record(operator, recording, heard, first, stop, None if seconds is None else began + seconds)
+                _record(recording, heard, first, stop, None if seconds is None else began + seconds)
         except RecordingError as error:
             raise CommandError(str(error)) from error
         size = output.stat().st_size / 1e6
@@ -72,18 +77,18 @@ def record(
             _say(f"{heard.dropped} messages were lost: this computer is too busy to write them")
 
 
-def _first(operator: Connection, heard: Inbox, stop: threading.Event) -> list[Arrived]:
+def _first(settings: CellSettings, session: CellSession, heard: Inbox, stop: threading.Event) -> list[Arrived]:
     """What is heard first, and what is told only on request. Raises `CommandError` when that is nothing."""
     deadline = time.monotonic() + FIRST_S
     while not (arrived := _states(heard)) and time.monotonic() < deadline and not stop.wait(TAKE_S):
         pass
     if not arrived:
         raise CommandError(
-            f"nothing is heard of cell {operator.settings.name}, although somebody answers there",
-            f"see who that is: cell status -f {quoted(operator.file)}; or name another endpoint with -e",
+            f"nothing is heard of cell {settings.name}, although somebody answers there",
+            f"see who that is: cell status -f {quoted(settings.file)}; or name another endpoint with -e",
         )
     now = time.monotonic()
-    told = [*operator.session.last("frame/*", _ANSWER_S), *operator.session.last("zone/*", _ANSWER_S)]
+    told = [*session.last("frame/*", _ANSWER_S), *session.last("zone/*", _ANSWER_S)]
     return [*(Arrived(message, now) for message in told), *arrived]
 
 
@@ -92,7 +97,6 @@ def _states(heard: Inbox) -> list[Arrived]:
 
 
 def _record(
-    operator: Connection,
     recording: "Recording",
     heard: Inbox,
     first: list[Arrived],
@@ -112,7 +116,7 @@ def _record(
             flush_due = now + FLUSH_S
         if silent != (now - newest > SILENT_S):
             silent = not silent
-            cell = f"cell {operator.settings.name}"
+            cell = f"cell {recording.cell.settings.name}"
             _say(f"{cell} is silent; waiting for it, Ctrl-C ends the recording" if silent else f"{cell} is heard again")
         if stop.is_set() or (until is not None and now >= until):
             return
@@ -120,18 +124,18 @@ def _record(
         arrived = _states(heard)
 
 
-def _tell_files(operator: Connection, recording: "Recording", first: list[Arrived]) -> None:
+def _tell_files(settings: CellSettings, recording: "Recording", first: list[Arrived]) -> None:
     """Say where it is, and whether the files that are recorded are those of the running cell."""
-    print(f"recording cell {operator.settings.name} to {recording.path}; Ctrl-C ends it", flush=True)
+    print(f"recording cell {settings.name} to {recording.path}; Ctrl-C ends it", flush=True)
     for path, why in recording.cell.missing.items():
         _say(f"{path} is not in the recording: {why}")
     digest = next((each.message.digest for each in first if isinstance(each.message, ManagerState)), None)
     try:
-        own = load_cell(operator.settings.file).digest
+        own = load_cell(settings.file).digest
     except ConfigError:
         own = ""
     if digest is not None and digest != own:
-        _say(f"the cell runs with other files than those of {operator.file}, which are in the recording")
+        _say(f"the cell runs with other files than those of {settings.file}, which are in the recording")
 
 
 def _say(text: str) -> None:

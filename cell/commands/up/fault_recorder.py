@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from cell.commands.client.recorded import recorded
+from cell.commands.client.recorded import hear_all, recorded
 from cell.config.settings import CellSettings
 from cell.messages import STATES, Event, Severity
 from cell.net.latest import Decoder
@@ -40,11 +40,15 @@ class FaultRecorder:
         self,
         settings: CellSettings,
         session: CellSession,
+        bulk: CellSession,
         folder: Path,
         hurry: threading.Event,
         say: Callable[[str], None],
     ) -> None:
-        """`folder` gets the files; `hurry` ends the wait for the last of them; `say` is called from the thread too."""
+        """Both sessions: see `hear_all`.
+
+        `folder` gets the files; `hurry` ends the wait for the last of them; `say` is called from the thread too.
+        """
         self._settings = settings
         self._decoder = Decoder(session.keys, report=lambda _: None)
         self._folder = folder
@@ -54,7 +58,7 @@ class FaultRecorder:
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._events = session.queue("event/**")
-        session.hear(lambda key, payload: self._ring.store(time.time(), key, payload), "**")
+        hear_all(session, bulk, lambda key, payload: self._ring.store(time.time(), key, payload))
 
     def __enter__(self) -> Self:
         self._thread.start()

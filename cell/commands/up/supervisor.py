@@ -4,7 +4,7 @@ import math
 import sys
 import threading
 import time
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -69,7 +69,7 @@ class Supervisor:
             session = self._connect(stack)
             if session is None:
                 return False
-            stack.enter_context(self._recorder(session))
+            self._keep_recordings(session, stack)
             view = CellView(session, self._settings, presences=False)
             events = session.queue("event/**")
             with Show(self._settings, self._console) as show:
@@ -86,16 +86,21 @@ class Supervisor:
             self._tell_stop()
             return done is not None
 
-    def _recorder(self, session: CellSession) -> AbstractContextManager[object]:
-        """What keeps the last minutes before each alarm, where the packages for that are installed."""
+    def _keep_recordings(self, session: CellSession, stack: ExitStack) -> None:
+        """From now on keep what happens before each alarm, where the packages for that are installed."""
 
         def say(text: str) -> None:
             self._console.print(text, markup=False, highlight=False, soft_wrap=True)
 
         if find_spec("foxglove") is None:
             say("nothing is recorded before an alarm; for that: pip install 'zencell[record]'")
-            return nullcontext()
-        return FaultRecorder(self._settings, session, self._recordings, self._hurry, say)
+            return
+        try:
+            bulk = stack.enter_context(client_session(self._settings, (self._settings.manager_endpoint,)))
+        except Unreachable as error:
+            say(f"nothing is recorded before an alarm: {error}")
+            return
+        stack.enter_context(FaultRecorder(self._settings, session, bulk, self._recordings, self._hurry, say))
 
     def _connect(self, stack: ExitStack) -> CellSession | None:
         """A client session, as soon as the manager listens; None when stopped before."""

@@ -45,7 +45,7 @@ def run(folder: Path, *events: Event) -> list[str]:
     """What a recorder says that hears these events and then ends."""
     said: list[str] = []
     session = Session()
-    with FaultRecorder(TWO_ARMS, session, folder, threading.Event(), said.append):  # type: ignore[arg-type]
+    with FaultRecorder(TWO_ARMS, session, Session(), folder, threading.Event(), said.append):  # type: ignore[arg-type]
         for event in events:
             session.say(event)
     return said
