@@ -26,6 +26,14 @@ class CommandError(Exception):
         self.exit_code = exit_code
 
 
+def not_installed(what: str, group: str, error: ImportError) -> CommandError:
+    """An optional group of packages is missing."""
+    return CommandError(
+        f"{what} needs packages that are not installed: {error.name or error}",
+        f"install them: pip install 'zencell[{group}]'",
+    )
+
+
 def quoted(file: Path) -> str:
     """A file's name as a shell takes it, for the commands that are recommended."""
     return shlex.quote(str(file))

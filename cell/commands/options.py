@@ -37,6 +37,9 @@ StateDirOption = Annotated[
     ),
 ]
 
+JsonOption = Annotated[bool, typer.Option("--json", help="For programs: one JSON object per line, in SI units.")]
+"""Of whatever lists something (`cell.commands.client.json_lines`)."""
+
 ParentPipeOption = Annotated[int | None, typer.Option("--parent-pipe", hidden=True)]
 
 ModeOption = Annotated[

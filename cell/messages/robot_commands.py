@@ -190,7 +190,7 @@ class Teach(Command):
 @command("robot")
 @dataclass(frozen=True, slots=True)
 class ListPoints(Command):
-    """The reply's text says what points the robot has, and where they are now."""
+    """The reply's text says what points the robot has, and where they are now; its `data` has them by name, as JSON."""
 
     verb: ClassVar[str] = "points"
 

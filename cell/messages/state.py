@@ -32,6 +32,12 @@ class State:
     pattern: re.Pattern[str]
     """Of the keys that belong to it."""
 
+    @property
+    def everybodys(self) -> str:
+        """The key expression of all its keys: `robot/*/state`, `event/**`."""
+        key = re.sub(r"\{\w+\}$", "**", self.key)
+        return _FIELD.sub("*", key)
+
     def key_of(self, message: object) -> str:
         return _FIELD.sub(lambda field: str(getattr(message, field[1])), self.key)
 

@@ -182,6 +182,10 @@ class CellSession:
         self._subscribe(key_patterns, inbox.store)
         return inbox
 
+    def hear(self, store: Callable[[str, bytes], None], *key_patterns: str) -> None:
+        """Hand every payload on matching keys to `store`, with its key, on Zenoh's thread; own messages left out."""
+        self._subscribe(key_patterns, store)
+
     def _subscribe(self, patterns: tuple[str, ...], store: Callable[[str, bytes], None]) -> None:
         def heard(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:

@@ -28,22 +28,20 @@ class Snapshot:
 _STATES = ("robot/*/state", "gateway/*/state", "manager/state")
 
 
-class CellView:
-    """Watches every robot, every gateway and the manager of a cell through one open session.
+class Listening:
+    """The newest states of a cell, as its messages come in, live or from a recording."""
 
-    `presences`: the largest messages; who needs none should not let them come.
-    """
-
-    def __init__(self, session: CellSession, settings: CellSettings, *, presences: bool = True) -> None:
+    def __init__(self, settings: CellSettings) -> None:
         self._settings = settings
-        self._states = session.watch(*_STATES, *(("robot/*/presence",) if presences else ()))
         self._heard: dict[tuple[type, str], tuple[object, float]] = {}
 
-    def look(self) -> Snapshot:
-        """What the cell says now; cheap, call it as often as needed."""
-        now = time.monotonic()
-        for message in self._states.take_new():
-            self._heard[type(message), _name(message)] = (message, now)
+    def hear(self, message: object, at: float) -> None:
+        """Take a message that came in at `at` [s]."""
+        if isinstance(message, RobotState | Presence | GatewayState | ManagerState):
+            self._heard[type(message), _name(message)] = (message, at)
+
+    def snapshot(self, now: float) -> Snapshot:
+        """What is not silent at `now`, by the same clock."""
         fresh = [message for message, at in self._heard.values() if now - at <= SILENT_AFTER_S]
         managers = [message for message in fresh if isinstance(message, ManagerState)]
         return Snapshot(
@@ -52,6 +50,24 @@ class CellView:
             gateways={m.gateway: m for m in fresh if isinstance(m, GatewayState)},
             manager=managers[0] if managers else None,
         )
+
+
+class CellView:
+    """Watches every robot, every gateway and the manager of a cell through one open session.
+
+    `presences`: the largest messages; who needs none should not let them come.
+    """
+
+    def __init__(self, session: CellSession, settings: CellSettings, *, presences: bool = True) -> None:
+        self._states = session.watch(*_STATES, *(("robot/*/presence",) if presences else ()))
+        self._listening = Listening(settings)
+
+    def look(self) -> Snapshot:
+        """What the cell says now; cheap, call it as often as needed."""
+        now = time.monotonic()
+        for message in self._states.take_new():
+            self._listening.hear(message, now)
+        return self._listening.snapshot(now)
 
     def wait_for(
         self, condition: Callable[[Snapshot], bool], timeout_s: float, stop: threading.Event | None = None

@@ -157,6 +157,13 @@ def ask_until_answered(
 def connect(file: Path, endpoints: list[str] | None, stop: threading.Event | None = None) -> Iterator[Connection]:
     """Connect to the running cell of `file` as a client of its rendezvous, or of `endpoints`; see `Connection.stop`."""
     settings = running_cell(file)
+    with reached(settings, file, endpoints) as session:
+        yield Connection(file, settings, session, CellView(session, settings), stop)
+
+
+@contextmanager
+def reached(settings: CellSettings, file: Path, endpoints: list[str] | None) -> Iterator[CellSession]:
+    """A client session at the rendezvous of a running cell, or at `endpoints`. Raises `CommandError`."""
     connect_to = tuple(endpoints) if endpoints else (settings.manager_endpoint,)
     with ExitStack() as stack:
         try:
@@ -167,7 +174,7 @@ def connect(file: Path, endpoints: list[str] | None, stop: threading.Event | Non
                 f"start the cell with: cell up {quoted(file)}, "
                 f"or, when only its manager is gone: cell manager {quoted(file)}",
             ) from error
-        yield Connection(file, settings, session, CellView(session, settings), stop)
+        yield session
 
 
 def client_session(settings: CellSettings, endpoints: tuple[str, ...]) -> CellSession:

@@ -9,21 +9,25 @@ from rich.table import Table
 
 from cell.commands.client.cell_view import Snapshot, names
 from cell.commands.client.connection import connect
+from cell.commands.client.json_lines import json_line
 from cell.commands.client.state_table import gateway_line
 from cell.commands.errors import CommandError, quoted
-from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, JsonOption
 from cell.config.settings import CellSettings
 from cell.messages import GatewayState, IoStatus, NodeStatus
 
 
-def drives(file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+def drives(as_json: JsonOption = False, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
     """Show every drive and I/O node once: NMT, drive state, inputs and outputs, emergencies, counters of the bus.
 
     Exits with 1 when a gateway is silent or not ready.
     """
     with connect(file, endpoint) as operator:
         seen = operator.snapshot()
-        Console().print(drives_table(operator.settings, seen))
+        if as_json:
+            print(*drive_lines(operator.settings, seen), sep="\n")
+        else:
+            Console().print(drives_table(operator.settings, seen))
         unready = [
             name for name in operator.settings.gateways if name not in seen.gateways or not seen.gateways[name].ready
         ]
@@ -52,6 +56,19 @@ def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
         for io in gateway.io_nodes if gateway is not None else ():
             table.add_row(name, str(io.node_id), f"I/O {io.name}", io.nmt, io_text(io), "", emergency(io) or io.problem)
     return table
+
+
+def drive_lines(settings: CellSettings, seen: Snapshot) -> list[str]:
+    """The gateways with what they count, their axes and I/O nodes, for programs."""
+    lines = []
+    for name in settings.gateways:
+        gateway = seen.gateways.get(name)
+        lines.append(json_line("gateway", name, gateway, silent=gateway is None))
+        for node in gateway.nodes if gateway is not None else ():
+            lines.append(json_line("drive", f"{node.robot}/{node.axis}", node, gateway=name))
+        for io in gateway.io_nodes if gateway is not None else ():
+            lines.append(json_line("io_node", io.name, io, gateway=name))
+    return lines
 
 
 def inputs_text(named: Mapping[str, bool | None]) -> str:

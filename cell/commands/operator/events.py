@@ -16,14 +16,15 @@ import typer
 from cell.commands.client.cell_files import running_cell
 from cell.commands.client.cell_view import names
 from cell.commands.client.connection import client_session
+from cell.commands.client.json_lines import json_line
 from cell.commands.errors import CommandError, quoted
-from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, StateDirOption
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, JsonOption, StateDirOption
 from cell.commands.processes.state_dir import state_path
 from cell.commands.processes.stop import stop_event
 from cell.config.settings import CellSettings
 from cell.manager.event_store import EVENTS_FILE, PAGE, EventStore
 from cell.messages import Event, KeptEvent, KeptEvents, ListEvents, Severity
-from cell.net.codec import decode, encode
+from cell.net.codec import decode
 from cell.net.errors import CallError, CodecError, Unreachable
 from cell.net.session import CellSession, new_call
 
@@ -61,7 +62,7 @@ def events(
         ),
     ] = None,
     severity: Annotated[Severity, typer.Option(help="So severe or more.")] = Severity.INFO,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+    as_json: JsonOption = False,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
     state_dir: StateDirOption = None,
@@ -185,7 +186,7 @@ class _Show:
     def all(self, found: list[KeptEvent], page: KeptEvents) -> int:
         """Print them; the number of the newest event that is stored."""
         for kept in found:
-            for line in [encode(kept).decode()] if self._as_json else lines(kept, self._severity):
+            for line in [json_line("event", kept.event.source, kept)] if self._as_json else lines(kept, self._severity):
                 typer.echo(line)
         sys.stdout.flush()
         if page.problem and page.problem != self._problem:

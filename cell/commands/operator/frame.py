@@ -11,9 +11,10 @@ import typer
 
 from cell.commands.client.cell_view import at_rest, names
 from cell.commands.client.connection import Connection, connect, report
+from cell.commands.client.json_lines import json_line
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError, quoted
-from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, JsonOption, RobotArgument
 from cell.config.settings import PoseSettings
 from cell.geometry import NoFrame, from_xyz_abc, largest_turn, taught_frame, to_xyz_abc
 from cell.messages import Command, FramePose, PlaceFrame, ProgramState, RobotState, TeachFrame
@@ -37,6 +38,7 @@ def show(
     frame: Annotated[
         str | None, typer.Argument(metavar="[FRAME]", help="Only this one, and what it means.", show_default=False)
     ] = None,
+    as_json: JsonOption = False,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
@@ -49,9 +51,10 @@ def show(
         frames = sorted((each for each in told if isinstance(each, FramePose)), key=lambda each: each.frame)
         for each in frames:
             if frame in (None, each.frame):
-                typer.echo(f"{each.frame}: {_pose_text(PoseSettings(each.position_m, each.quaternion_xyzw).matrix())}"
-                           f", given in {each.parent or 'world'}, version {each.version}")  # fmt: skip
-        if not frames:
+                pose = _pose_text(PoseSettings(each.position_m, each.quaternion_xyzw).matrix())
+                line = f"{each.frame}: {pose}, given in {each.parent or 'world'}, version {each.version}"
+                typer.echo(json_line("frame", each.frame, each) if as_json else line)
+        if not frames and not as_json:
             typer.echo(f"cell {operator.settings.name} has no frames")
 
 

@@ -1,5 +1,6 @@
 """`cell teach`, `points` and `go`: the points of a robot."""
 
+import json
 import uuid
 from pathlib import Path
 from typing import Annotated
@@ -7,9 +8,10 @@ from typing import Annotated
 import typer
 
 from cell.commands.client.connection import connect, report
+from cell.commands.client.json_lines import json_line
 from cell.commands.errors import CommandError
 from cell.commands.operator.jog import hold
-from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, JsonOption, RobotArgument
 from cell.commands.processes.stop import stop_event
 from cell.messages import Go, ListPoints, PointKind, Teach
 
@@ -48,13 +50,22 @@ def teach(
         report(robot, operator.ask_robot(robot, Teach(point, kind, "" if frame == BASE else frame, replace)))
 
 
-def points(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+def points(
+    robot: RobotArgument,
+    as_json: JsonOption = False,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
     """Print the points of a robot in mm and deg, and where those in frames are now."""
     with connect(file, endpoint) as operator:
         reply = operator.ask_robot(robot, ListPoints())
         if not reply.ok:
             raise CommandError(f"{robot} refuses: {reply.text}")
-        typer.echo(reply.text)
+        if not as_json:
+            typer.echo(reply.text)
+            return
+        for name, point in json.loads(reply.data).items():
+            typer.echo(json_line("point", name, point, robot=robot))
 
 
 def go(

@@ -7,10 +7,11 @@ import typer
 
 from cell.commands.client.cell_view import names
 from cell.commands.client.connection import Connection, connect, report
+from cell.commands.client.json_lines import json_line
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.operator.frame import parsed_pose
-from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
+from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, JsonOption, RobotArgument
 from cell.geometry import MEASURED, GeometryError, SpaceOf
 from cell.messages import AdoptZone, ClearZone, Place, SetZone, ZoneGeometry
 
@@ -47,6 +48,7 @@ def adopt(
 
 def show(
     zone: Annotated[str | None, typer.Argument(metavar="[ZONE]", help="Only this one.", show_default=False)] = None,
+    as_json: JsonOption = False,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
@@ -59,8 +61,9 @@ def show(
         zones = sorted((each for each in told if isinstance(each, ZoneGeometry)), key=lambda each: each.zone)
         for each in zones:
             if zone in (None, each.zone):
-                typer.echo(f"{each.zone}: {each.described()}; for {', '.join(each.robots)}; version {each.version}")
-        if not zones:
+                line = f"{each.zone}: {each.described()}; for {', '.join(each.robots)}; version {each.version}"
+                typer.echo(json_line("zone", each.zone, each) if as_json else line)
+        if not zones and not as_json:
             typer.echo(f"cell {operator.settings.name} has no zones")
 
 

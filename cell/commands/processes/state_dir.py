@@ -7,6 +7,8 @@ from types import TracebackType
 
 from cell.commands.errors import CommandError, keep_tracebacks_in
 
+RECORDINGS = "recordings"
+"""The folder below it with what happened before each alarm."""
 LOGS = "log"
 """The folder below it in which each child of `cell up` has its log."""
 

@@ -5,15 +5,18 @@ import sys
 import threading
 import time
 from contextlib import ExitStack
+from importlib.util import find_spec
+from pathlib import Path
 
 from rich.console import Console
 
 from cell.commands.client.cell_view import POLL_S, CellView, Snapshot, at_rest, unreferenced
 from cell.commands.client.connection import client_session
+from cell.commands.client.display import Show
 from cell.commands.client.state_table import why
 from cell.commands.errors import CommandError, quoted
 from cell.commands.up.children import Children
-from cell.commands.up.display import Show
+from cell.commands.up.fault_recorder import FaultRecorder
 from cell.commands.up.orders import Orders
 from cell.config.settings import CellSettings
 from cell.messages import Enable, Event, Halt, Mode, ProgramState, RobotState, Run, Severity
@@ -45,12 +48,15 @@ class Supervisor:
         console: Console,
         stop: threading.Event,
         hurry: threading.Event,
+        recordings: Path,
     ) -> None:
+        """`recordings`: the folder that gets what happened before each alarm."""
         self._settings = settings
         self._children = children
         self._console = console
         self._stop = stop
         self._hurry = hurry
+        self._recordings = recordings
         self._started = time.monotonic()
         self._warned: dict[tuple[str, str], float] = {}
 
@@ -63,6 +69,7 @@ class Supervisor:
             session = self._connect(stack)
             if session is None:
                 return False
+            self._keep_recordings(session, stack)
             view = CellView(session, self._settings, presences=False)
             events = session.queue("event/**")
             with Show(self._settings, self._console) as show:
@@ -78,6 +85,22 @@ class Supervisor:
                 self._tell_waits(done)
             self._tell_stop()
             return done is not None
+
+    def _keep_recordings(self, session: CellSession, stack: ExitStack) -> None:
+        """From now on keep what happens before each alarm, where the packages for that are installed."""
+
+        def say(text: str) -> None:
+            self._console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+        if find_spec("foxglove") is None:
+            say("nothing is recorded before an alarm; for that: pip install 'zencell[record]'")
+            return
+        try:
+            bulk = stack.enter_context(client_session(self._settings, (self._settings.manager_endpoint,)))
+        except Unreachable as error:
+            say(f"nothing is recorded before an alarm: {error}")
+            return
+        stack.enter_context(FaultRecorder(self._settings, session, bulk, self._recordings, self._hurry, say))
 
     def _connect(self, stack: ExitStack) -> CellSession | None:
         """A client session, as soon as the manager listens; None when stopped before."""

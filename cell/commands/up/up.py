@@ -10,7 +10,7 @@ from cell.commands.client.cell_files import checked_cell
 from cell.commands.client.cell_view import names
 from cell.commands.errors import CommandError
 from cell.commands.options import CellFileArgument, StateDirOption
-from cell.commands.processes.state_dir import LOGS, Lock, make_folder, state_folder
+from cell.commands.processes.state_dir import LOGS, RECORDINGS, Lock, make_folder, state_folder
 from cell.commands.processes.stop import stop_event
 from cell.commands.up.children import Children, programs
 from cell.commands.up.endpoints import refuse_taken
@@ -49,7 +49,7 @@ def up(
     with Lock(folder, "cell-up"):
         refuse_taken(settings)
         with Children(programs(settings, state_dir, not real), logs, hurry, say) as children:
-            supervisor = Supervisor(settings, children, console, stop, hurry)
+            supervisor = Supervisor(settings, children, console, stop, hurry, folder / RECORDINGS)
             done = supervisor.run(start_programs=run or until_done, until_done=until_done)
     if parts := children.out_of_order():
         raise CommandError(

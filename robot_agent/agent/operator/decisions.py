@@ -83,6 +83,8 @@ class Done:
 
     text: str
     mode: Mode
+    data: str = ""
+    """What was asked for, for programs (`Reply.data`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +199,7 @@ class Decisions:
             case Load():
                 return self._load(command, mode, situation)
             case ListPoints():
-                return Done(self._teaching.told(situation.planner), mode)
+                return Done(self._teaching.told(situation.planner), mode, self._teaching.named())
             case ResetRobot():
                 return self._reset(mode, situation)
             case _:

@@ -119,8 +119,8 @@ class OperatorCalls:
                     effects.append(self._teaching.write(name, point, planner, request.request_id, call.id))
                 case Wanted(file, planner):
                     effects.append(self._loading.read(file, planner, request.request_id, call.id))
-                case Done(text, mode):
-                    effects.append(Answer(request.request_id, Reply(call.id, True, text)))
+                case Done(text, mode, data):
+                    effects.append(Answer(request.request_id, Reply(call.id, True, text, data=data)))
                 case Refused(text):
                     effects.append(Answer(request.request_id, Reply(call.id, False, text)))
         return mode, effects

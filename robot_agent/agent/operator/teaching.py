@@ -1,9 +1,10 @@
 """The points of the robot: taught where it stands, written into its points file, told, and gone to."""
 
 import itertools
+import json
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -167,6 +168,10 @@ class Teaching:
             return f"{self._robot} has no points: `cell teach {self._robot} NAME` teaches one where it stands"
         lines = (f"{name}: {self._text(point, planner)}" for name, point in self._points.named.items())
         return "\n".join(lines)
+
+    def named(self) -> str:
+        """All points by their names as a JSON object, in SI units."""
+        return json.dumps({name: asdict(point) for name, point in self._points.named.items()})
 
     def joints_of(self, name: str, planner: Planner, start: NDArray[np.float64]) -> NDArray[np.float64]:
         """Joints `(n,)` at a point, on the branch that is nearest to `start` `(n,)`. Raises `Untaught`."""

@@ -10,8 +10,8 @@ import pytest
 from rich.console import Console
 
 from cell.commands.client.cell_view import Snapshot
+from cell.commands.client.display import Show
 from cell.commands.up import orders, supervisor
-from cell.commands.up.display import Show
 from cell.commands.up.supervisor import Supervisor
 from cell.messages import Call, Event, ManagerState, Mode, ProgramState, ProgramStatus, Reply, RobotState, Run, Severity
 from tests.unit.manager_world import settings
@@ -32,7 +32,7 @@ class Cell:
         console = Console(file=self.output, width=200)
         children = SimpleNamespace(deaths=list, all_dead=lambda: False)
         self.show = Show(settings(), console)
-        self.supervisor = Supervisor(settings(), children, console, self.stop, threading.Event())  # type: ignore[arg-type]
+        self.supervisor = Supervisor(settings(), children, console, self.stop, threading.Event(), Path("recordings"))  # type: ignore[arg-type]
         self.looks = 0
 
     def ask(self, _to: str, call: Call, _timeout_s: float) -> Reply:

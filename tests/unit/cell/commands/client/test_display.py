@@ -6,9 +6,9 @@ import io
 import pytest
 from rich.console import Console
 
+from cell.commands.client import display as show
 from cell.commands.client.cell_view import Snapshot
-from cell.commands.up import display as show
-from cell.commands.up.display import Show
+from cell.commands.client.display import Show
 from cell.config import load_cell
 from cell.messages import Mode, ProgramState, ProgramStatus, RobotState
 from tests.unit.repository import ROOT

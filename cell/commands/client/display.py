@@ -1,4 +1,4 @@
-"""How `cell up` shows a running cell: a live table on a terminal, one line per change elsewhere."""
+"""How a running cell is shown for a while: a live table on a terminal, one line per change elsewhere."""
 
 import re
 import time

@@ -1,0 +1,67 @@
+"""The last minutes of a cell in memory, as they arrived, until something happens that is worth a file."""
+
+import pickle
+import zlib
+from collections import deque
+from collections.abc import Iterator
+from threading import Lock
+
+Told = tuple[float, str, bytes]
+"""When a payload arrived [s], its key, and what it was."""
+MOST_KEYS = 1000
+"""Whose newest payload from before the ring is kept: as many as a cell may have."""
+
+
+class Ring:
+    """Holds payloads of the last `keep_s` in at most `most_bytes`, packed second by second; older ones go first.
+
+    Of each key the newest one that had to go stays, so that what is told seldom (where a zone is) is known then too.
+    """
+
+    def __init__(self, keep_s: float, most_bytes: int) -> None:
+        self._keep_s = keep_s
+        self._most_bytes = most_bytes
+        self._lock = Lock()
+        self._new: list[Told] = []
+        self._new_bytes = 0
+        self._packed: deque[tuple[float, bytes]] = deque()
+        """When each was packed, and what is in it."""
+        self._bytes = 0
+        self._before: dict[str, Told] = {}
+        self.lost = 0
+        """Payloads that found no room, because more came within a second than the ring may hold."""
+
+    def store(self, at: float, key: str, payload: bytes) -> None:
+        """Take a payload; cheap, for the thread on which it arrives."""
+        with self._lock:
+            if self._new_bytes + len(payload) > self._most_bytes:
+                self.lost += 1
+                return
+            self._new.append((at, key, payload))
+            self._new_bytes += len(payload)
+
+    def pack(self, now: float) -> None:
+        """Pack what came since the last call, let go what is too old or too much. For one thread, each second."""
+        with self._lock:
+            new, self._new, self._new_bytes = self._new, [], 0
+        if new:
+            packed = zlib.compress(pickle.dumps(new), 1)
+            self._packed.append((now, packed))
+            self._bytes += len(packed)
+        while self._packed and (self._bytes > self._most_bytes or now - self._packed[0][0] > self._keep_s):
+            _, oldest = self._packed.popleft()
+            self._bytes -= len(oldest)
+            for told in _unpacked(oldest):
+                if told[1] in self._before or len(self._before) < MOST_KEYS:
+                    self._before[told[1]] = told
+
+    def told(self) -> Iterator[Told]:
+        """All that was packed, oldest first; what had to go comes before it. From the thread that packs."""
+        yield from sorted(self._before.values())
+        for _, packed in self._packed:
+            yield from _unpacked(packed)
+
+
+def _unpacked(packed: bytes) -> list[Told]:
+    told: list[Told] = pickle.loads(zlib.decompress(packed))
+    return told
