@@ -9,10 +9,8 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from cell.commands.bus_tools.tune_page import tune_page
 from cell.commands.client.cell_view import names
-from cell.commands.errors import CommandError
-from cell.commands.pages.page import write_page
+from cell.commands.errors import CommandError, not_installed
 from cell.commands.pages.text_chart import chart
 from drive_gateway.config import GatewaySettings
 from drive_gateway.sim.axis.axis_data import AxisData
@@ -51,6 +49,11 @@ def show_tuning(gateway: GatewaySettings, simulation: Simulation, axis: str, out
         typer.echo(line)
     console.print(_numbers(points))
     if output is not None:
+        try:
+            from cell.commands.bus_tools.tune_page import tune_page
+            from cell.commands.pages.page import write_page
+        except ImportError as error:
+            raise not_installed("the page of drive-gateway tune", "view", error) from error
         lines = [f"{what}: {value}" for what, value in summary.items()]
         write_page(output, tune_page(name, lines, points, step, found))
         typer.echo(f"the curves are in {output}")

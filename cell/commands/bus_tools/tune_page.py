@@ -6,8 +6,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.commands.pages.page import page
-from cell.commands.pages.svg_chart import Chart
+from cell.commands.pages.page import Chart, page
 from drive_gateway.sim.axis.response import Margins, Point, Step
 
 Floats = NDArray[np.float64]
@@ -26,7 +25,7 @@ def tune_page(name: str, summary: list[str], points: list[Point], step: Step, fo
         Chart("Gain", "Hz", "dB", gains, marks, bounds=(0.0,), decades=True),
         Chart("Phase", "Hz", "deg", phases, marks, bounds=(-180.0,), decades=True),
     ]
-    return page(f"Speed loop of {name}", summary, charts)
+    return page(f"Speed loop of {name}", summary, [chart.figure() for chart in charts])
 
 
 def _degrees(values: NDArray[np.complex128]) -> Floats:

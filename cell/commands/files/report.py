@@ -8,7 +8,6 @@ import typer
 
 from cell.commands.errors import CommandError, not_installed
 from cell.commands.files.recordings import RecordingArgument, opened
-from cell.commands.pages.page import write_page
 
 if TYPE_CHECKING:
     from cell.recording.summary import Summary
@@ -41,6 +40,7 @@ def report(
     if output is not None:
         try:
             from cell.commands.files.report_page import report_page
+            from cell.commands.pages.page import write_page
         except ImportError as error:
             raise not_installed("the page of cell report", "view", error) from error
         write_page(output, report_page(title, lines, found))

@@ -6,8 +6,8 @@ from html import escape
 from itertools import cycle
 
 import plotly.graph_objects as plot
-from plotly.colors import qualitative
 
+from cell.commands.pages.page import COLOURS, page
 from cell.recording.summary import Curve, Span, Summary
 
 _COLOURS = {
@@ -15,7 +15,6 @@ _COLOURS = {
     "disabled": "#cccccc", "fault": "#c0392b", "estop": "#c0392b", "off_path": "#d35400",
     "free": "#d9ead3", "granted": "#6fa8dc", "occupied": "#e0a030", "orphaned": "#c0392b",
 }  # fmt: skip
-_OTHERS = qualitative.Safe
 
 
 def report_page(title: str, lines: list[str], found: Summary) -> str:
@@ -28,16 +27,7 @@ def report_page(title: str, lines: list[str], found: Summary) -> str:
         _curves("Distance of the robots [mm]", {" and ".join(pair): c for pair, c in found.distances.items()}),
         _curves("Worst lateness of a cycle so far [ms]", found.lateness),
     ]
-    drawn = [
-        figure.to_html(full_html=False, include_plotlyjs=number == 0, config={"displaylogo": False})
-        for number, figure in enumerate(each for each in figures if each.data)
-    ]
-    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    return (
-        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
-        "<style>body{font:14px sans-serif;margin:2em}</style></head>"
-        f"<body><h1>{escape(title)}</h1><ul>{items}</ul>{''.join(drawn)}</body></html>\n"
-    )
+    return page(title, lines, [figure for figure in figures if figure.data])
 
 
 def _bars(title: str, lines: Mapping[str, Iterable[Span]]) -> plot.Figure:
@@ -47,7 +37,7 @@ def _bars(title: str, lines: Mapping[str, Iterable[Span]]) -> plot.Figure:
     for name, spans in lines.items():
         for span in spans:
             named.setdefault(span.what, []).append((name, span))
-    others = cycle(_OTHERS)
+    others = cycle(COLOURS)
     for what, bars in named.items():
         figure.add_bar(
             name=what,

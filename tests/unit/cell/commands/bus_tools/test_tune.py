@@ -1,10 +1,10 @@
 """`drive-gateway tune`: margins, step and curves of one axis; and the curves' text."""
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from plotly.graph_objects import Figure
 
 from cell.commands.bus_tools.tune import show_tuning
 from cell.commands.errors import CommandError
@@ -24,20 +24,20 @@ def test_margins_step_and_curves_are_shown(capsys: pytest.CaptureFixture[str]) -
     assert "gain, o: open loop, c: closed loop [dB]" in shown
 
 
-def test_the_page_draws_step_gain_and_phase_with_both_margins(tmp_path: Path) -> None:
+def test_the_page_draws_step_gain_and_phase_with_both_margins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[Figure] = []
+    monkeypatch.setattr(
+        "cell.commands.bus_tools.tune_page.page", lambda _title, _summary, figures: drawn.extend(figures) or "page"
+    )
     page = tmp_path / "tune.html"
     show_tuning(load_drives(CONFIGS / DRIVES, "left_bus"), load_simulation(CONFIGS / DRIVES), "J5", page)
-    drawn = page.read_text()
-    assert drawn.count("<svg") == 3
-    gain = drawn.split("<svg")[2]
-    marks, bounds, lines = (
-        [np.array(list(map(float, points.replace(",", " ").split()))) for points in re.findall(pattern, gain)]
-        for pattern in (f'points="([^"]+)" {style}' for style in ('stroke="#bbb"', 'stroke="#c00"', "fill"))
-    )
-    (crossover, margin), (zero,), opened = marks, bounds, lines[0].reshape(-1, 2)
-    # Where the crossover's line stands the open loop passes 0 dB.
-    assert np.interp(crossover[0], opened[:, 0], opened[:, 1]) == pytest.approx(zero[1], abs=1.5)
-    assert margin[0] > crossover[0]
+    assert page.read_text() == "page"
+    _, gain, phase = drawn
+    crossover, margin = (shape.x0 for shape in gain.layout.shapes[:2])
+    # Where the crossover's line stands the open loop passes 0 dB; where the other one stands, -180 deg.
+    assert np.interp(crossover, gain.data[0].x, gain.data[0].y) == pytest.approx(0.0, abs=0.3)
+    assert np.interp(margin, phase.data[0].x, phase.data[0].y) == pytest.approx(-180.0, abs=3.0)
+    assert margin > crossover
 
 
 def test_axis_that_does_not_exist_is_told_with_those_that_do() -> None:
