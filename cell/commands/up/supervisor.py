@@ -8,9 +8,8 @@ from contextlib import ExitStack
 
 from rich.console import Console
 
-from cell.commands.client.cell_view import POLL_S, CellView, Snapshot, at_rest, unreferenced
+from cell.commands.client.cell_view import POLL_S, CellView, Snapshot, at_rest
 from cell.commands.client.connection import client_session
-from cell.commands.client.state_table import why
 from cell.commands.errors import CommandError, quoted
 from cell.commands.up.children import Children
 from cell.commands.up.display import Show
@@ -20,6 +19,7 @@ from cell.messages import Enable, Event, Halt, Mode, ProgramState, RobotState, R
 from cell.net.errors import Unreachable
 from cell.net.inbox import Inbox
 from cell.net.session import CellSession
+from cell.view.words import unreferenced, why
 
 START_TIMEOUT_S = 30.0
 REST_TIMEOUT_S = 6.0
@@ -115,7 +115,7 @@ class Supervisor:
                         f"{stop_text}; nothing is enabled; when the cause is gone: cell reset, then cell enable ROBOT"
                     )
                     return True
-                lost = unreferenced(seen)
+                lost = unreferenced(seen.gateways.values())
                 if all(enabled(seen, name) or (name in lost and name in seen.robots) for name in self._settings.robots):
                     self._tell_enabled(show, lost, start_programs)
                     return True
