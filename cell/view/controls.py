@@ -46,6 +46,8 @@ from cell.view.panels import Axes, note
 from cell.view.server import Here
 
 JOINTS = "joints"
+MOST_SAID = 4
+"""Answers that are shown."""
 TOOL_AXES = ("X", "Y", "Z", "A", "B", "C")
 FASTEST_M_S, FASTEST_RAD_S = 0.25, math.radians(30.0)
 """Of a jog at 100 %; the robot keeps to 250 mm/s whatever is asked for."""
@@ -54,25 +56,23 @@ ESTOP_STYLE = (
     "<style>div:has(>.zencell-estop)+div button{height:4.2em!important;font-size:17px;font-weight:700;"
     "background:#dc2626!important;color:#fff!important}</style><div class='zencell-estop'></div>"
 )
-ORDERS: Mapping[str, type[Command]] = {
-    "Enable": Enable,
-    "Run": Run,
-    "Halt": Halt,
-    "Continue": Continue,
-    "Step": Step,
-    "Return": Return,
-    "Disable": Disable,
-    "Reset": ResetRobot,
+ORDERS: Mapping[str, Mapping[str, type[Command]]] = {
+    "drives": {"Enable": Enable, "Disable": Disable, "Reset": ResetRobot},
+    "program": {"Run": Run, "Continue": Continue, "Step": Step},
 }
-"""To one robot, by the words of their buttons."""
+"""To one robot, by the words of their buttons; those that are pressed most have buttons of their own."""
+
+
+_ORDER = {words: command for orders in ORDERS.values() for words, command in orders.items()}
 
 
 class Controls:
-    """The part of the page that gives orders, of one browser. Built within the container that is active."""
+    """The part of the page that gives orders, of one browser, in a tab that all browsers have."""
 
     def __init__(
         self,
         client: viser.ClientHandle,
+        tab: viser.GuiTabHandle,
         here: Here,
         control: Control,
         desk: Desk,
@@ -81,6 +81,7 @@ class Controls:
         seen: Newest,
     ) -> None:
         self._gui = client.gui
+        self._tab = tab
         self._here = here
         self._visitor = here.visitor
         self._control = control
@@ -91,16 +92,17 @@ class Controls:
         self._said: list[Text] = []
         self._place: Any = None
         """What only the holder has."""
-        if self._visitor.level >= Level.OPERATE:
-            self._gui.add_html(ESTOP_STYLE)
-            self._gui.add_button("EMERGENCY STOP", color="red", icon=viser.Icon.HAND_STOP).on_click(self._stop_all)
-        self._who = self._gui.add_html("")
         self._take: Any = None
-        if self._visitor.level >= Level.OPERATE:
-            self._take = self._gui.add_button("Take control")
-            self._take.on_click(self._take_or_leave)
-        self._answer = self._gui.add_html("")
-        self._folder = self._gui.add_folder("Robot", visible=False)
+        with tab:
+            if self._visitor.level >= Level.OPERATE:
+                self._gui.add_html(ESTOP_STYLE)
+                stop = self._gui.add_button("EMERGENCY STOP", color="red", icon=viser.Icon.HAND_STOP)
+                stop.on_click(self._stop_all)
+            self._who = self._gui.add_html("")
+            if self._visitor.level >= Level.OPERATE:
+                self._take = self._gui.add_button("Take control")
+                self._take.on_click(self._take_or_leave)
+            self._answer = self._gui.add_html("")
 
     # Control
 
@@ -116,18 +118,17 @@ class Controls:
         if self._visitor.level < Level.OPERATE:
             who += "; this address may only watch"
         self._set(self._who, note(who))
-        self._set(self._answer, note(*self._said[-4:]))
+        self._set(self._answer, note(*self._said, room=MOST_SAID))
         if self._take is not None:
             label = "Give control back" if mine else "Take control" if holder is None else f"Take control from {holder}"
             if self._take.label != label:
                 self._take.label = label
         if mine and self._place is None:
-            with self._folder:
+            with self._tab:
                 self._build()
-            self._folder.visible = True
         elif not mine and self._place is not None:
             self._place.remove()
-            self._place, self._folder.visible = None, False
+            self._place = None
 
     def _take_or_leave(self, _event: object) -> None:
         if self._control.holder == self._visitor:
@@ -135,10 +136,10 @@ class Controls:
             self._say("control was given back")
         else:
             before = self._control.take(self._visitor)
-            self._say("you have control" + (f"; {before} had it" if before is not None else ""))
+            self._say(f"control was taken from {before}" if before is not None else "control was taken")
 
     def _say(self, text: Text) -> None:
-        self._said = [*self._said[-3:], text]
+        self._said = [*self._said, text][-MOST_SAID:]
 
     @staticmethod
     def _set(handle: Any, content: str) -> None:
@@ -202,8 +203,11 @@ class Controls:
         with self._place:
             self._robot = gui.add_dropdown("robot", tuple(self._settings.robots))
             self._robot.on_update(lambda _: self._show_axes())
-            for words, command in ORDERS.items():
-                gui.add_button(words).on_click(self._gives(lambda _, command=command: command()))
+            gui.add_button("Halt", color="orange").on_click(self._gives(lambda _: Halt()))
+            for about, orders in ORDERS.items():
+                group = gui.add_button_group(about, tuple(orders))
+                group.on_click(self._gives(lambda event: _ORDER[event.target.value]()))
+            gui.add_button("Return to the path: look at the way first").on_click(self._gives(lambda _: Return()))
             override = gui.add_button_group("override %", PERCENTS)
             override.on_click(self._gives(lambda event: SetOverride(float(event.target.value))))
             manual = gui.add_button_group("250 mm/s", ("on", "off"))

@@ -58,7 +58,7 @@ class Gate:
     def judge(self, path: str, headers: Mapping[str, str], websocket: bool) -> Level | Entered | Refused:
         """What a request with these headers, names in lower case, gets: a level, a cookie, or nothing."""
         host = headers.get("host", "")
-        if urlsplit(f"//{host}").hostname not in self.names:
+        if _split(host)[0] not in self.names:
             return Refused(http.HTTPStatus.FORBIDDEN, "this page is not told under that name")
         origin = headers.get("origin")
         if (websocket or origin is not None) and origin not in (f"http://{host}", f"https://{host}"):
@@ -82,7 +82,16 @@ class Gate:
 
 def _cookie_name(host: str) -> str:
     """Browsers keep cookies by host alone; two pages on two ports must not take each other's."""
-    return f"zencell_{urlsplit(f'//{host}').port or 80}"
+    return f"zencell_{_split(host)[1]}"
+
+
+def _split(host: str) -> tuple[str, int]:
+    """Name and port of a Host header; no name where it is none."""
+    try:
+        found = urlsplit(f"//{host}")
+        return found.hostname or "", found.port or 80
+    except ValueError:
+        return "", 0
 
 
 def _cookie_of(header: str, name: str) -> str:

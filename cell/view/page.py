@@ -27,7 +27,7 @@ PICTURE_S = 1.0 / 30.0
 TEXT_EVERY = 6
 """Pictures between two looks at what changes seldom."""
 CURVE_EVERY = 30
-_LEFT, _RIGHT = 370.0, 430.0
+_LEFT, _RIGHT = 370.0, 440.0
 
 
 class Page:
@@ -61,8 +61,9 @@ class Page:
     async def _came(self, client: viser.ClientHandle) -> None:
         controls = None
         if self._desk is not None:
-            with self._shown.control:
-                controls = Controls(client, here(), self._control, self._desk, self._settings, self._axes, self._seen)
+            controls = Controls(
+                client, self._shown.control, here(), self._control, self._desk, self._settings, self._axes, self._seen
+            )
         else:
             with self._shown.control:
                 client.gui.add_markdown("This page can only be watched. To operate: `cell view --control operate`.")
@@ -123,15 +124,15 @@ class _Shown:
         left.dock_left()
         left.set_width(_LEFT)
         tabs = gui.add_tab_group()
-        self.control = tabs.add_tab("Control", viser.Icon.HAND_CLICK)
-        with tabs.add_tab("Cell", viser.Icon.LAYOUT_GRID):
+        self.control = tabs.add_tab("Control")
+        with tabs.add_tab("Cell"):
             self.cell_html = _Text(gui)
-        with tabs.add_tab("Places", viser.Icon.AXIS_X):
+        with tabs.add_tab("Places"):
             self.places_html = _Text(gui)
-        with tabs.add_tab("Drives", viser.Icon.ENGINE):
+        with tabs.add_tab("Drives"):
             self.drives_html = _Text(gui)
-        self.curves = tabs.add_tab("Curves", viser.Icon.CHART_LINE)
-        self.events = tabs.add_tab("Events", viser.Icon.LIST)
+        self.curves = tabs.add_tab("Curves")
+        self.events = tabs.add_tab("Events")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(_RIGHT)
 

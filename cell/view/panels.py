@@ -291,6 +291,6 @@ def _coloured(text: str, colour: str) -> str:
     return f"<span style='color:{colour}'>{escape(text)}</span>"
 
 
-def note(*lines: str) -> str:
-    """A few lines of plain text."""
-    return f"<div style='{_BOX}'>{'<br>'.join(map(escape, lines))}</div>" if lines else ""
+def note(*lines: str, room: int = 1) -> str:
+    """A few lines of plain text, with room for so many, so that what is below stays where it is."""
+    return f"<div style='{_BOX};min-height:{1.45 * room:.2f}em'>{'<br>'.join(map(escape, lines))}</div>"

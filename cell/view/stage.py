@@ -167,7 +167,7 @@ class Stage:
         middle = np.append(bases.mean(axis=0)[:2], bases[:, 2].mean() + 0.8)
         away = float(np.linalg.norm(bases - bases.mean(axis=0), axis=-1).max()) + 2.0
         server.initial_camera.look_at = tuple(middle)
-        server.initial_camera.position = tuple(middle + away * np.array([0.25, -1.25, 0.75]))
+        server.initial_camera.position = tuple(middle + away * np.array([0.3, -1.7, 1.0]))
 
     def often(self, seen: Newest) -> None:
         """Bodies, and the smallest distance between two of them."""
