@@ -1,7 +1,6 @@
 """Who has control of the cell on this page: one browser at a time, visible to all, taken over only on purpose."""
 
 from dataclasses import dataclass
-from threading import Lock
 
 from cell.view.gate import Level
 
@@ -19,10 +18,9 @@ class Visitor:
 
 
 class Control:
-    """The holder, if there is one."""
+    """The holder, if there is one. It changes on the loop of the page's server alone; anybody may ask."""
 
     def __init__(self) -> None:
-        self._lock = Lock()
         self._holder: Visitor | None = None
 
     @property
@@ -34,15 +32,13 @@ class Control:
         """Give control to a visitor of level operate or more; who had it before. Raises `PermissionError`."""
         if visitor.level < Level.OPERATE:
             raise PermissionError("this address may only watch; open the page by the address for operating")
-        with self._lock:
-            before, self._holder = self._holder, visitor
+        before, self._holder = self._holder, visitor
         return before
 
     def leave(self, visitor: Visitor) -> None:
         """Give control back, if this visitor has it: a browser that goes does so."""
-        with self._lock:
-            if self._holder == visitor:
-                self._holder = None
+        if self._holder == visitor:
+            self._holder = None
 
     def may(self, visitor: Visitor, level: Level = Level.OPERATE) -> bool:
         """Whether an order of this level is taken from a visitor."""

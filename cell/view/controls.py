@@ -130,7 +130,7 @@ class Controls:
             self._place.remove()
             self._place = None
 
-    def _take_or_leave(self, _event: object) -> None:
+    async def _take_or_leave(self, _event: object) -> None:
         if self._control.holder == self._visitor:
             self._control.leave(self._visitor)
             self._say("control was given back")

@@ -7,9 +7,11 @@ import shutil
 import signal
 import subprocess
 import time
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
 from websockets.sync.client import ClientConnection, connect
@@ -132,6 +134,14 @@ class Chromium:
         with urlopen(f"http://127.0.0.1:{self._port}/json/close/{tab.target}"):
             pass
 
+    def close_tabs(self) -> None:
+        """Close all tabs that were opened here."""
+        for tab in self._tabs:
+            with suppress(HTTPError):
+                self.close_tab(tab)
+            tab.close()
+        self._tabs.clear()
+
     def signal(self, number: signal.Signals) -> None:
         """To all processes of the browser."""
         os.killpg(self._process.pid, number)
@@ -140,8 +150,6 @@ class Chromium:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, tb: TracebackType | None) -> None:
-        for tab in self._tabs:
-            tab.close()
         self.signal(signal.SIGKILL)
         self._process.wait()
         shutil.rmtree(self._profile, ignore_errors=True)

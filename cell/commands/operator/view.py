@@ -2,55 +2,48 @@
 
 import socket
 import threading
-from enum import Enum
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from cell.commands.client.connection import TRY_S, Connection, ask_until_answered, connect
+from cell.commands.client.cell_files import running_cell
+from cell.commands.client.cell_view import POLL_S
+from cell.commands.client.connection import TRY_S, Connection, ask_until_answered, client_session, connect
 from cell.commands.emergency.answers import Answers
 from cell.commands.emergency.door import Door, Stop
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
-from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
+from cell.commands.options import (
+    CELL_FILE,
+    PORT,
+    CellFileOption,
+    ConnectOption,
+    Control,
+    ControlOption,
+    ParentPipeOption,
+    PortOption,
+)
 from cell.commands.processes.stop import stop_event
 from cell.config.settings import CellSettings
 from cell.messages import Command, Heard, JogHeld, Reply
-from cell.net.errors import CallError
+from cell.net.errors import CallError, Unreachable
 from cell.net.session import new_call
 from cell.view.desk import NoAnswer
 from cell.view.gate import Gate, Level
 from cell.view.panels import Axes
 from cell.view.source import LiveSource
 
-PORT = 8080
 INSTALL = "pip install 'zencell[view]'"
 DOORS_OPEN_S = 8.0
 """So long a stop is repeated through every door."""
 LOCAL = ("127.0.0.1", "localhost", "::1")
 
 
-class Control(Enum):
-    """How far the page may steer."""
-
-    OPERATE = "operate"
-    CONFIGURE = "configure"
-
-
 HostOption = Annotated[
     str,
     typer.Option("--host", metavar="ADDRESS", help="Listen at this address of this computer, instead of to it alone."),
-]
-PortOption = Annotated[int, typer.Option("--port", min=0, max=65535, metavar="PORT", help="0: any that is free.")]
-ControlOption = Annotated[
-    Control | None,
-    typer.Option(
-        "--control",
-        help="Print an address for operating, or for operating and configuring, too. Without it the page can only be "
-        "watched.",
-        show_default=False,
-    ),
 ]
 
 
@@ -60,14 +53,26 @@ def view(
     port: PortOption = PORT,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
+    parent_pipe: ParentPipeOption = None,
 ) -> None:
     """Show the running cell in a browser, until Ctrl-C: where robots are, what they wait for, what to do next.
 
     Open the address that is printed; its token lets nobody else in. Steering is off without --control, and one browser
     at a time has it. What crosses a network is not encrypted: from elsewhere use an SSH tunnel.
     """
-    stop = stop_event()
-    show(file, endpoint, control, host, port, stop)
+    stop = stop_event(parent_pipe)
+    if parent_pipe is not None:
+        _wait_for_cell(file, stop)
+    if not stop.is_set():
+        show(file, endpoint, control, host, port, stop)
+
+
+def _wait_for_cell(file: Path, stop: threading.Event) -> None:
+    """Who starts this process starts the manager as well, which takes its time."""
+    settings = running_cell(file)
+    while not stop.wait(POLL_S):
+        with suppress(Unreachable), client_session(settings, (settings.manager_endpoint,)):
+            return
 
 
 def show(
