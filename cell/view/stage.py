@@ -145,7 +145,8 @@ class Stage:
         self._built: dict[str, object] = {}
         """Name of a node: from what it was built, so that it is built anew when that changes alone."""
         self._gap: Any = None
-        self._scene.add_grid("/floor", 12.0, 12.0, cell_size=0.5, section_size=1.0, shadow_opacity=0.2)
+        self._scene.configure_default_lights(cast_shadow=False)
+        self._scene.add_grid("/floor", 12.0, 12.0, cell_size=0.5, section_size=1.0)
         self._look_at_all(server)
 
     def _robot(self, name: str, colour: Colour) -> _Drawn:

@@ -29,7 +29,10 @@ _OPTIONS = (
     "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 )
-OPENS_S = 20.0
+OPENS_S = 30.0
+DRAWS_NOTHING = """for (const name of ['drawArrays', 'drawElements', 'drawArraysInstanced', 'drawElementsInstanced', 'clear'])
+    WebGL2RenderingContext.prototype[name] = () => {};"""
+"""Without a graphics card one picture takes the processor for so long that a held button seems to be let go."""
 
 
 class Tab:
@@ -42,7 +45,7 @@ class Tab:
         for domain in ("Page", "Runtime", "Network"):
             self.call(f"{domain}.enable")
 
-    def call(self, method: str, timeout_s: float = 10.0, **parameters: object) -> Any:
+    def call(self, method: str, timeout_s: float = 30.0, **parameters: object) -> Any:
         """One call of the protocol, and its result."""
         self._number += 1
         self._socket.send(json.dumps({"id": self._number, "method": method, "params": parameters}))
@@ -88,7 +91,7 @@ class Tab:
         self.mouse("mouseReleased", at)
 
     def screenshot(self, file: Path) -> None:
-        file.write_bytes(base64.b64decode(self.call("Page.captureScreenshot", timeout_s=30.0, format="png")["data"]))
+        file.write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))
 
     def close(self) -> None:
         self._socket.close()
@@ -97,8 +100,9 @@ class Tab:
 class Chromium:
     """One browser with its own profile; a context manager that ends it."""
 
-    def __init__(self, folder: Path, width: int = 1000, height: int = 700) -> None:
+    def __init__(self, folder: Path, width: int = 1000, height: int = 700, *, draws: bool = False) -> None:
         assert CHROMIUM is not None
+        self._draws = draws
         self._profile = folder / f"chromium-{time.monotonic_ns()}"
         self._profile.mkdir()
         self._process = subprocess.Popen(
@@ -126,6 +130,7 @@ class Chromium:
             found = json.load(answer)
         tab = Tab(found["webSocketDebuggerUrl"], found["id"])
         self._tabs.append(tab)
+        tab.call("Page.addScriptToEvaluateOnNewDocument", source="" if self._draws else DRAWS_NOTHING)
         tab.open(address)
         return tab
 

@@ -4,6 +4,7 @@ import math
 import re
 import signal
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,8 +21,9 @@ from cell.messages import Mode, RobotState
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is found")
 
-SHOWN_S = 20.0
+SHOWN_S = 40.0
 """A browser that draws without a graphics card on a busy computer."""
+PRESSES = 5
 DRAWS = """new Promise(done => { let left = 4; const begin = performance.now();
     const step = () => --left ? requestAnimationFrame(step) : done(performance.now() - begin < 500); step(); })"""
 """Whether the browser draws fluently; without a graphics card it first stands for seconds while it prepares to."""
@@ -80,14 +82,21 @@ def click(tab: Tab, words: str) -> None:
 
 
 def press(viewed: Viewed, tab: Tab) -> tuple[float, float]:
-    """Hold the button of an axis until it moves; where the button is."""
-    viewed.states.take()
-    begin = viewed.joint()
+    """Hold the button of an axis until it moves; where the button is.
+
+    Where the browser was too slow the page says so, and the button is let go and pressed again, as a hand would do.
+    """
     at = tab.middle_of("J1 +")
     assert at is not None
-    tab.mouse("mousePressed", at)
-    wait_until(lambda: viewed.joint() > begin + 0.01, SHOWN_S, f"a motion of the axis:\n{tab.text()}")
-    return at
+    for _ in range(PRESSES):
+        viewed.states.take()
+        begin = viewed.joint()
+        tab.mouse("mousePressed", at)
+        with suppress(AssertionError):
+            wait_until(lambda begin=begin: viewed.joint() > begin + 0.01, 3.0, "a motion")
+            return at
+        tab.mouse("mouseReleased", at)
+    raise AssertionError(f"the axis does not move:\n{tab.text()}")
 
 
 def comes_to_rest(viewed: Viewed) -> None:
@@ -107,9 +116,9 @@ def stays_at_rest(viewed: Viewed, states: int = 25) -> None:
 def viewed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewed]:
     folder: Path = tmp_path_factory.mktemp("view")
     with LiveCell(folder) as cell:
-        cell.up().wait_for_output("all robots enabled", 40.0)
+        cell.up().wait_for_output("all robots enabled", 60.0)
         page = cell.start("cell", "view", "--control", "operate", "--port", "0", "-f", str(cell.file))
-        page.wait_for_output("to operate: ", 20.0)
+        page.wait_for_output("to operate: ", 60.0)
         with Chromium(folder) as browser, cell.client() as session:
             yield Viewed(cell, page, browser, Recorder(session, "robot/*/state"))
         page.signal(signal.SIGINT)
@@ -204,10 +213,8 @@ def test_both_robots_are_seen_to_move_and_the_emergency_stop_stops_both_and_list
     viewed.cell.obeyed("run", "left", "right")
     tab = viewed.opened("operate")
     wait_until(lambda: tab.text().count("running") == 2, SHOWN_S, "both robots running")
-    click(tab, "Places")
-    before = tcps(tab)
-    wait_until(lambda: all(a != b for a, b in zip(before, tcps(tab), strict=True)), SHOWN_S, "both robots moving")
-    click(tab, "Control")
+    before = lines(tab)
+    wait_until(lambda: all(a != b for a, b in zip(before, lines(tab), strict=True)), SHOWN_S, "both robots going on")
     click(tab, "EMERGENCY STOP")
     for who in ("robot left", "robot right", "gateway left_bus", "gateway right_bus"):
         shows(tab, f"{who} stands")
@@ -215,7 +222,7 @@ def test_both_robots_are_seen_to_move_and_the_emergency_stop_stops_both_and_list
     assert {viewed.state(robot).mode for robot in ("left", "right")} == {Mode.ESTOP}
 
 
-def tcps(tab: Tab) -> list[str]:
-    """The lines that say where the TCP of each robot is in world."""
-    found = re.findall(r"world\s.*", tab.text())
+def lines(tab: Tab) -> list[str]:
+    """The line in execution of both robots, as the page says it; nothing where it does not."""
+    found = re.findall(r"running\n(\d+ .*)", tab.text())
     return found if len(found) == 2 else [""] * 2
