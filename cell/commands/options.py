@@ -1,5 +1,6 @@
 """Arguments and options that several commands share, so that they mean the same everywhere."""
 
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,6 +27,28 @@ CellFileOption = Annotated[
 """For operators' commands: the same file every time, so it may come from the environment or the working folder."""
 
 RobotArgument = Annotated[str, typer.Argument(metavar="ROBOT", help="Name of the robot in the cell file.")]
+
+
+class Control(Enum):
+    """How far a page may steer."""
+
+    OPERATE = "operate"
+    CONFIGURE = "configure"
+
+
+ControlOption = Annotated[
+    Control | None,
+    typer.Option(
+        "--control",
+        help="Print an address of the page for operating, or one for configuring too. Without it the page can only be "
+        "watched.",
+        show_default=False,
+    ),
+]
+PortOption = Annotated[
+    int, typer.Option("--port", min=0, max=65535, metavar="PORT", help="Of the page; 0: any that is free.")
+]
+PORT = 8080
 
 StateDirOption = Annotated[
     Path | None,

@@ -86,19 +86,6 @@ def echo(state: RobotState | ManagerState | GatewayState) -> Heard:
     return Heard(boot=state.boot, sequence=state.sequence)
 
 
-def unreferenced(seen: Snapshot) -> dict[str, str]:
-    """Which axes do not know where they are, why, and what to do, by robot; of buses whose drives are all heard."""
-    lost: dict[str, dict[str, list[str]]] = {}
-    for gateway in seen.gateways.values():
-        for node in gateway.nodes if gateway.ready else ():
-            if not node.referenced:
-                lost.setdefault(node.robot, {}).setdefault(node.reference_missing, []).append(node.axis)
-    return {
-        robot: "; ".join(f"{', '.join(axes)}: {reason}" for reason, axes in reasons.items())
-        for robot, reasons in lost.items()
-    }
-
-
 def at_rest(state: RobotState) -> bool:
     """The robot's commanded position does not change: path time stands still, or has come to the motion's end."""
     governor = state.governor

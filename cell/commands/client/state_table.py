@@ -5,14 +5,23 @@ from textwrap import wrap
 
 from rich.text import Text
 
-from cell.commands.client.cell_view import Snapshot, unreferenced
+from cell.commands.client.cell_view import Snapshot
 from cell.config.settings import CellSettings
-from cell.messages import GatewayState, ManagerState, MeetingStatus, Mode, ProgramState, RobotState, ZoneState
+from cell.messages import GatewayState, ManagerState, MeetingStatus, ProgramState, RobotState, ZoneState
 from cell.messages.manager_state import ZoneStatus
+from cell.view.words import (
+    ALARMED,
+    forced_text,
+    mounted_text,
+    pace_text,
+    program_text,
+    unreferenced,
+    waited_text,
+    why,
+)
 
 LONGEST_PROGRAM_TEXT = 48
 SHORTEST_PROGRAM_TEXT = 13
-ALARMED = frozenset({Mode.FAULT, Mode.ESTOP})
 _HOLDER = {ZoneState.GRANTED: " to", ZoneState.ORPHANED: ", last held by"}
 
 
@@ -35,7 +44,7 @@ def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
 
     heading = row("robot", "mode", "line", "program", ("X mm", "Y mm", "Z mm"), "mm/s", "zone")
     text = Text.assemble((f"cell {settings.name}\n", "bold"), (heading, "underline"), "\n")
-    lost = unreferenced(seen)
+    lost = unreferenced(seen.gateways.values())
     for robot in settings.robots:
         state = seen.robots.get(robot)
         cells = _cells(state, robot not in lost)
@@ -64,20 +73,6 @@ def _cells(state: RobotState | None, placed: bool) -> tuple[str, str, str, Itera
     return state.mode.value, str(state.program.line), program_text(state), xyz, speed, " ".join(state.zones)
 
 
-def program_text(state: RobotState) -> str:
-    """The program line being executed, or the program's name and state when there is none."""
-    program = state.program
-    return program.text or f"{program.name} ({program.state.value})"
-
-
-def why(state: RobotState) -> str:
-    """Why the robot does not move as planned: alarms first, then the program's error, then what it waits for."""
-    longest_first = sorted(dict.fromkeys(state.alarms), key=len, reverse=True)
-    told = [alarm for i, alarm in enumerate(longest_first) if not any(alarm in longer for longer in longest_first[:i])]
-    waiting = state.waiting_for if state.mode is Mode.RETURNING else ""
-    return "; ".join(told) or waiting or state.program.error or state.waiting_for
-
-
 def labelled_why(state: RobotState) -> str:
     """`why` with what it is in front of it, so that waiting does not look like an alarm; then pace, part and forces."""
     reason = why(state)
@@ -85,44 +80,10 @@ def labelled_why(state: RobotState) -> str:
     return "; ".join(filter(None, (labelled, pace_text(state), mounted_text(state), forced_text(state))))
 
 
-def waited_text(state: RobotState) -> str:
-    """How long the program has waited at its WAIT DI, IF or M; empty elsewhere."""
-    waits_s = state.program.waits_s
-    return f" (since {waits_s:.0f} s)" if waits_s is not None and state.waiting_for else ""
-
-
 def _label(state: RobotState, reason: str) -> str:
     if reason == state.program.error and state.mode not in ALARMED:
         return "program interrupted" if state.program.state is ProgramState.INTERRUPTED else "program ended"
     return "waits" if reason == state.waiting_for else "alarm"
-
-
-def pace_text(state: RobotState) -> str:
-    """What an operator has set and who rules the rate of a running robot; empty when it simply follows its plan."""
-    pace, governor = state.pace, state.governor
-    parts = [f"override {100.0 * pace.override:.0f} %"] if pace.override != 1.0 else []
-    parts += ["manual"] if pace.manual else []
-    parts += ["step"] if pace.stepping else []
-    if state.mode is Mode.RUNNING and governor is not None and governor.ruled_by and not state.waiting_for:
-        parts.append(f"rate {100.0 * governor.rate:.0f} %, ruled by {governor.ruled_by}")
-    return ", ".join(parts)
-
-
-def mounted_text(state: RobotState) -> str:
-    """What the robot holds, or that nobody has said it; empty for nothing."""
-    tool = f"tool {state.tool}" if state.tool else ""
-    if state.tool is None:
-        tool = f"its tool is unknown: cell tool {state.robot}"
-    part = f"holds {state.part}" if state.part else ""
-    if state.part is None:
-        part = f"what it holds is unknown: cell part {state.robot}"
-    return ", ".join(filter(None, (tool, part)))
-
-
-def forced_text(state: RobotState) -> str:
-    """What is forced, and to what; empty for nothing."""
-    inputs = ", ".join(f"{name} {'on' if on else 'off'}" for name, on in state.forced.items())
-    return f"forced for its programs: {inputs}" if inputs else ""
 
 
 def robot_line(robot: str, state: RobotState | None) -> str:

@@ -13,12 +13,12 @@ import typer
 
 from cell.commands.client.cell_view import echo
 from cell.commands.client.connection import Connection, connect, report
-from cell.commands.client.state_table import why
 from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.commands.processes.stop import stop_event
 from cell.config.settings import CellSettings
 from cell.messages import Jog, JogFrame, JogHeld, Mode
+from cell.view.words import why
 
 PERIOD_S = 0.03
 """The key's signs of life are this far apart; the robot stops when it hears none for 0.2 s."""

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import typer
 
-from cell.commands.client.cell_view import Snapshot, unreferenced
+from cell.commands.client.cell_view import Snapshot
 from cell.commands.client.connection import STATE_TIMEOUT_S, connect
-from cell.commands.client.state_table import why as reason_of
 from cell.commands.errors import CommandError
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
 from cell.messages import Clearance, Mode, RobotState
+from cell.view.words import unreferenced
+from cell.view.words import why as reason_of
 
 _LISTENS_S = 0.3
 """Who asks for room is answered much more often than that."""
@@ -64,7 +65,7 @@ def _one(robot: str, seen: Snapshot, clearance: Clearance | None) -> tuple[str, 
     state = seen.robots.get(robot)
     if state is None:
         return f"{robot} does not answer: cell status says what starts its agent", ""
-    if lost := unreferenced(seen).get(robot):
+    if lost := unreferenced(seen.gateways.values()).get(robot):
         return f"{robot} does not know where it is: {lost}", ""
     reason = reason_of(state)
     refusal = None if clearance is None else clearance.refused

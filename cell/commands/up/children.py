@@ -20,6 +20,8 @@ END_TIMEOUT_S = 10.0
 HURRIED_TIMEOUT_S = 2.0
 LAST_LINES, LAST_BYTES = 8, 16_384
 """How much of its log is shown of a process that died."""
+PAGE = "view"
+"""The part of a cell without which it goes on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,19 +78,25 @@ class Child:
         """How it ended, and its last lines."""
         code = self.exit_code()
         how = f"was killed by signal {-code}" if code is not None and code < 0 else f"ended with exit code {code}"
-        quoted = "".join(f"\n    | {line}" for line in self._last_lines())
+        quoted = "".join(f"\n    | {line}" for line in self.said()[-LAST_LINES:])
         return f"{self.program.part} {how}{quoted}"
 
-    def _last_lines(self) -> list[str]:
-        """Of this run of the process; a log that was rotated meanwhile is all its own."""
+    def said(self) -> list[str]:
+        """The last that it printed in this run; a log that was rotated meanwhile is all its own."""
         with self.log.open("rb") as log:
             size = log.seek(0, os.SEEK_END)
             log.seek(max(self._log_begin if self._log_begin <= size else 0, size - LAST_BYTES))
-            return log.read().decode(errors="replace").splitlines()[-LAST_LINES:]
+            return log.read().decode(errors="replace").splitlines()
 
     def death_notice(self) -> str:
         """How it ended, its last lines, and the command that starts it again."""
         return f"{self.end_notice()}\n  start it again with: {self.program.command}"
+
+
+def page_program(settings: CellSettings, words: tuple[str, ...]) -> ChildProgram:
+    """The page about a cell; `words`: of its options."""
+    arguments = ("view", "-f", str(settings.file), *words)
+    return ChildProgram(PAGE, "cell.commands.main", arguments, shlex.join(("cell", *arguments)))
 
 
 def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> list[ChildProgram]:
@@ -139,15 +147,21 @@ class Children:
         return dead
 
     def all_dead(self) -> bool:
-        return all(child.exit_code() is not None for child in self._children)
+        """Nothing of the cell lives any more; a page may."""
+        return all(child.exit_code() is not None for child in self._children if child.program.part != PAGE)
+
+    def page_addresses(self) -> list[str]:
+        """What the page has said of how it is opened; empty without a page, or before it has."""
+        pages = [child for child in self._children if child.program.part == PAGE]
+        return [line for child in pages for line in child.said() if line.startswith("to ")]
 
     def out_of_order(self) -> list[str]:
         """After the `with` block: the processes that died by themselves, had to be killed or ended with an error."""
         return [child.program.part for child in self._children if child in self._out_of_order]
 
     def _stop_in_order(self) -> None:
-        """Agents, then gateways, then the manager; each group has ended before the next is told to."""
-        for role in ("robot", "gateway", "manager"):
+        """The page, agents, gateways, the manager; each group has ended before the next is told to."""
+        for role in (PAGE, "robot", "gateway", "manager"):
             group = [child for child in self._children if child.program.part.split()[0] == role]
             self._out_of_order.update(child for child in group if child.exit_code() is not None)
             for child in group:

@@ -10,12 +10,11 @@ from pathlib import Path
 
 from rich.console import Console
 
-from cell.commands.client.cell_view import POLL_S, CellView, Snapshot, at_rest, unreferenced
+from cell.commands.client.cell_view import POLL_S, CellView, Snapshot, at_rest
 from cell.commands.client.connection import client_session
 from cell.commands.client.display import Show
-from cell.commands.client.state_table import why
 from cell.commands.errors import CommandError, quoted
-from cell.commands.up.children import Children
+from cell.commands.up.children import PAGE, Children
 from cell.commands.up.fault_recorder import FaultRecorder
 from cell.commands.up.orders import Orders
 from cell.config.settings import CellSettings
@@ -23,6 +22,7 @@ from cell.messages import Enable, Event, Halt, Mode, ProgramState, RobotState, R
 from cell.net.errors import Unreachable
 from cell.net.inbox import Inbox
 from cell.net.session import CellSession
+from cell.view.words import unreferenced, why
 
 START_TIMEOUT_S = 30.0
 REST_TIMEOUT_S = 6.0
@@ -59,6 +59,7 @@ class Supervisor:
         self._recordings = recordings
         self._started = time.monotonic()
         self._warned: dict[tuple[str, str], float] = {}
+        self._page_told = False
 
     def run(self, *, start_programs: bool, until_done: bool) -> bool:
         """Bring the cell up and watch it until `stop`; with `until_done`, until all programs are done or one fails.
@@ -138,7 +139,7 @@ class Supervisor:
                         f"{stop_text}; nothing is enabled; when the cause is gone: cell reset, then cell enable ROBOT"
                     )
                     return True
-                lost = unreferenced(seen)
+                lost = unreferenced(seen.gateways.values())
                 if all(enabled(seen, name) or (name in lost and name in seen.robots) for name in self._settings.robots):
                     self._tell_enabled(show, lost, start_programs)
                     return True
@@ -186,6 +187,7 @@ class Supervisor:
             seen = view.look()
             show.update(seen)
             self._tell_events(events, show)
+            self._tell_page(show)
             dead = self._children.deaths()
             for child in dead:
                 print(child.death_notice(), file=sys.stderr)
@@ -193,7 +195,7 @@ class Supervisor:
             if self._children.all_dead():
                 print("every process of the cell has ended", file=sys.stderr)
                 return None
-            if until_done and (dead or trouble):
+            if until_done and (trouble or any(child.program.part != PAGE for child in dead)):
                 print(*trouble, sep="\n", end="\n" if trouble else "", file=sys.stderr)
                 return None
             if trouble:
@@ -214,6 +216,14 @@ class Supervisor:
             remedy = f"see to it, then: cell run {robot} -f {self._settings.file}"
             show.say(f"robot {robot} does not run its program: {reason}; {remedy}")
         return bool(refused)
+
+    def _tell_page(self, show: Show) -> None:
+        """How the page is opened, once."""
+        if self._page_told:
+            return
+        for line in self._children.page_addresses():
+            show.say(f"page {line}")
+            self._page_told = True
 
     def _tell_events(self, events: Inbox, show: Show) -> None:
         for event in events.take():

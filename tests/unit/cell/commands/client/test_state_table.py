@@ -2,15 +2,13 @@
 
 import dataclasses
 
-from cell.commands.client.cell_view import Snapshot, at_rest, unreferenced
+from cell.commands.client.cell_view import Snapshot, at_rest
 from cell.commands.client.state_table import (
     cell_table,
     clock_line,
     labelled_why,
     meeting_line,
     robot_line,
-    waited_text,
-    why,
     zone_line,
 )
 from cell.config import load_cell
@@ -29,6 +27,7 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
+from cell.view.words import unreferenced, waited_text, why
 from tests.unit.repository import ROOT
 
 CELL = load_cell(ROOT / "cell_configs" / "two_arms" / "cell.yaml")
@@ -146,12 +145,12 @@ def test_a_robot_that_must_home_has_no_place_and_is_told_what_to_do() -> None:
     counters = BusCounters(1, 0, 0.0, 0, 0, 0, 0.3)
     heard = GatewayState("left_bus", "g", 1, 0.004, "virtual", True, "", {}, None, nodes, counters)
     seen = Snapshot(robots={"left": dataclasses.replace(RUNNING, mode=Mode.DISABLED)}, gateways={"left_bus": heard})
-    assert unreferenced(seen) == {"left": "J2, J3: home it: cell home left"}
+    assert unreferenced(seen.gateways.values()) == {"left": "J2, J3: home it: cell home left"}
     shown = cell_table(CELL, seen, 120).plain.splitlines()
     assert "1000.0" not in shown[2]
     assert shown[3].strip() == "not referenced: J2, J3: home it: cell home left"
     starting = dataclasses.replace(heard, ready=False)
-    assert unreferenced(Snapshot(gateways={"left_bus": starting})) == {}
+    assert unreferenced([starting]) == {}
 
 
 def test_a_long_reason_goes_on_below_itself_and_in_one_line_where_there_is_room() -> None:

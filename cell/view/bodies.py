@@ -1,0 +1,247 @@
+"""What stands in the room, as plain shapes: made from messages and the cell file, for whatever draws it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from cell.config.settings import (
+    BoxShape,
+    CellSettings,
+    CylinderShape,
+    HalfSpaceShape,
+    HullShape,
+    MeshShape,
+    PoseSettings,
+    Shape,
+    SphereShape,
+    ThingSettings,
+)
+from cell.geometry import pose_from, segment_distance
+from cell.geometry.arrays import Array
+from cell.messages import (
+    FramePose,
+    ManagerState,
+    PlannedWay,
+    Presence,
+    RobotState,
+    ZoneGeometry,
+    ZoneState,
+)
+from cell.messages.sections import Single
+from cell.view.newest import Newest
+from cell.view.words import ALARMED
+
+MOST_RESERVED = 16
+"""So many of the sections that a robot owns are drawn: those farthest apart along its way tell where it may be."""
+_NO_ROOM = np.empty((0, 2, 3))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Capsules:
+    """Capsules in world: end points of their axes `(c, 2, 3)` [m] and radii `(c,)` [m]."""
+
+    points: Array
+    radii: Array
+
+    def __len__(self) -> int:
+        return len(self.radii)
+
+
+NOTHING = Capsules(_NO_ROOM, np.empty(0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotBody:
+    """Where a robot is and will be."""
+
+    robot: str
+    now: Capsules
+    rest: Capsules
+    """At the end of what was sent; empty where it stands."""
+    reserved: Capsules
+    """What it owns of the room, as far as it is drawn."""
+    ahead: Array
+    """`(p, 3)` [m]: the way of the TCP to rest, then of the last link along what is planned."""
+    reach: tuple[tuple[float, float, float], float] | None
+    """Middle and radius [m] of the ball in which it is somewhere; None where it is known."""
+    alarmed: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gap:
+    """The shortest way from one robot to another."""
+
+    robots: tuple[str, str]
+    points: Array
+    """`(2, 3)` [m]: on the surfaces of the nearest capsules."""
+    distance_m: float
+
+
+def robot_body(robot: str, seen: Newest) -> RobotBody | None:
+    """The body of a robot by its last presence; None before the first one. A silent robot is where it was last."""
+    last = seen.last(Presence, robot)
+    if last is None:
+        return None
+    presence, _ = last
+    body, way = presence.body, presence.way
+    state = seen.of(RobotState).get(robot)
+    alarmed = state is None or state.mode in ALARMED
+    if not body.known or not len(body.poses):
+        return RobotBody(robot, NOTHING, NOTHING, NOTHING, np.empty((0, 3)), (body.base, body.reach_m), alarmed)
+    moving = presence.stop_time_s > 0.0 and len(body.poses) > 1
+    rest = Capsules(body.poses[-1].astype(float), body.radii_m.astype(float)) if moving else NOTHING
+    plan = seen.of(PlannedWay).get(robot)
+    planned = _from_here_on(presence, plan) if plan is not None else np.empty((0, 3))
+    return RobotBody(
+        robot,
+        Capsules(body.poses[0].astype(float), body.radii_m.astype(float)),
+        rest,
+        _drawn(way.sections.points[: way.owned], way.sections.radii[: way.owned]) if moving else NOTHING,
+        np.concatenate([body.tcp_m if moving else np.empty((0, 3)), planned]),
+        None,
+        alarmed,
+    )
+
+
+def _from_here_on(presence: Presence, plan: PlannedWay) -> Array:
+    """The end of the last link `(p, 3)` in each planned piece that the robot still has to pass."""
+    way = presence.way
+    pieces = way.pieces[way.pieces < len(plan.pieces)] if way.plan == plan.number else np.empty(0, np.uint32)
+    first = int(pieces[0]) if len(pieces) else 0
+    points = plan.pieces.points[first:]
+    return np.asarray(points[:, -1, 1, :], dtype=float) if points.size else np.empty((0, 3))
+
+
+def _drawn(points: Single, radii: Single) -> Capsules:
+    """Of sections `(s, c, 2, 3)` so many as are drawn, the first and the last among them."""
+    if not len(points):
+        return NOTHING
+    chosen = np.unique(np.linspace(0, len(points) - 1, min(len(points), MOST_RESERVED)).astype(int))
+    return Capsules(points[chosen].reshape(-1, 2, 3).astype(float), radii[chosen].reshape(-1).astype(float))
+
+
+def smallest_gap(bodies: list[RobotBody]) -> Gap | None:
+    """Between the two robots that are nearest to each other; None with fewer than two whose bodies are known."""
+    gaps = [_gap(one, other) for one, other in combinations([each for each in bodies if len(each.now)], 2)]
+    return min(gaps, key=lambda gap: gap.distance_m, default=None)
+
+
+def _gap(one: RobotBody, other: RobotBody) -> Gap:
+    a, b = one.now, other.now
+    axes = np.asarray(segment_distance(a.points[:, None], b.points[None]))
+    distances = axes - a.radii[:, None] - b.radii[None]
+    i, k = np.unravel_index(int(distances.argmin()), distances.shape)
+    ends = nearest_points(a.points[i], b.points[k])
+    way = ends[1] - ends[0]
+    length = float(np.linalg.norm(way))
+    along = way / length if length > 0.0 else np.zeros(3)
+    surfaces = np.array([ends[0] + a.radii[i] * along, ends[1] - b.radii[k] * along])
+    return Gap((one.robot, other.robot), surfaces, float(distances[i, k]))
+
+
+def nearest_points(first: Array, second: Array) -> Array:
+    """The points `(2, 3)` of two segments `(2, 3)` that are nearest to each other (Ericson, 5.1.9)."""
+    u, v, w = first[1] - first[0], second[1] - second[0], first[0] - second[0]
+    uu, vv, uv, uw, vw = u @ u, v @ v, u @ v, u @ w, v @ w
+    apart = uu * vv - uv * uv
+    s = min(max((uv * vw - uw * vv) / apart, 0.0), 1.0) if apart > 0.0 else 0.0
+    t = min(max((uv * s + vw) / vv, 0.0), 1.0) if vv > 0.0 else 0.0
+    s = min(max((uv * t - uw) / uu, 0.0), 1.0) if uu > 0.0 else 0.0
+    return np.array([first[0] + s * u, second[0] + t * v])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """Something of a shape at a place `(4, 4)` in world."""
+
+    name: str
+    shape: Shape
+    pose: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Zone:
+    """An exclusive zone as it is now."""
+
+    solid: Solid
+    state: ZoneState
+    label: str
+    """Its name, its state, who has it, who waits."""
+
+
+def zones(seen: Newest) -> list[Zone]:
+    """The zones that the manager has told of; one whose state is silent counts as orphaned."""
+    manager = seen.one(ManagerState)
+    found = []
+    for name, geometry in sorted(seen.of(ZoneGeometry).items()):
+        status = manager.zones.get(name) if manager is not None else None
+        state = status.state if status is not None else ZoneState.ORPHANED
+        label = f"{name}: {state.value}"
+        if status is not None and status.holder is not None:
+            label += f", {status.holder}"
+        if status is not None and status.queue:
+            label += f"; next {', '.join(status.queue)}"
+        found.append(Zone(_zone_solid(geometry), state, label))
+    return found
+
+
+def _zone_solid(zone: ZoneGeometry) -> Solid:
+    lengths = zone.size_m
+    shapes: dict[str, Shape] = {}
+    if zone.shape == "box":
+        shapes["box"] = BoxShape((lengths[0], lengths[1], lengths[2]))
+    elif zone.shape == "sphere":
+        shapes["sphere"] = SphereShape(lengths[0])
+    elif zone.shape == "cylinder":
+        shapes["cylinder"] = CylinderShape(lengths[0], lengths[1])
+    bounds = zone.solid().bounds()
+    fallback = BoxShape((1.0, 1.0, 1.0)) if bounds is None else BoxShape(tuple(bounds.size.tolist()))
+    pose = pose_from(np.array(zone.position_m), np.array(zone.quaternion_xyzw))
+    return Solid(zone.zone, shapes.get(zone.shape, fallback), pose)
+
+
+def things(settings: CellSettings, seen: Newest) -> list[Solid]:
+    """What stands in the cell, each once, where its frame is now."""
+    every: Mapping[str, ThingSettings] = {
+        thing.name: thing for robot in settings.robots.values() for thing in robot.things
+    }
+    frames = seen.of(FramePose)
+    return [Solid(name, thing.shape, _placed(thing, frames)) for name, thing in every.items()]
+
+
+def _placed(thing: ThingSettings, frames: Mapping[str, FramePose]) -> Array:
+    if thing.in_frame is None or thing.in_frame.frame not in frames:
+        return _pose(thing.pose)
+    frame = frames[thing.in_frame.frame]
+    pose_world_frame = pose_from(np.array(frame.position_m), np.array(frame.quaternion_xyzw))
+    return np.asarray(pose_world_frame @ _pose(thing.in_frame.pose))
+
+
+def _pose(pose: PoseSettings) -> Array:
+    return pose_from(np.array(pose.position_m), np.array(pose.quaternion_xyzw))
+
+
+def triangles(shape: Shape) -> tuple[Array, Array] | None:
+    """Corners `(v, 3)` [m] and faces `(f, 3)` of a shape; of a half space a plate. None where its file is not read."""
+    import trimesh
+
+    match shape:
+        case BoxShape(size):
+            mesh = trimesh.creation.box(extents=size)
+        case SphereShape(radius):
+            mesh = trimesh.creation.icosphere(subdivisions=3, radius=radius)
+        case CylinderShape(radius, length):
+            mesh = trimesh.creation.cylinder(radius=radius, height=length, sections=48)
+        case HullShape(points):
+            mesh = trimesh.Trimesh(vertices=np.array(points)).convex_hull
+        case HalfSpaceShape():
+            mesh = trimesh.creation.box(extents=(6.0, 6.0, 0.002))
+        case MeshShape(file, unit_m):
+            try:
+                mesh = trimesh.load_mesh(file)
+            except (OSError, ValueError):
+                return None
+            return np.asarray(mesh.vertices) * unit_m, np.asarray(mesh.faces)
+    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
