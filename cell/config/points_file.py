@@ -1,6 +1,5 @@
 """Schema of a points file: the taught places of one robot, and other names for its signals."""
 
-import difflib
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
@@ -12,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from cell.config.document import Document, Naming
 from cell.config.fields import Name
-from cell.config.problem import ConfigError, KeyPath, Problem, refuses
+from cell.config.problem import ConfigError, KeyPath, Problem, near, refuses
 from cell.config.reading import Reading, read
 from cell.config.units import STRICT, Number, Seconds
 
@@ -20,7 +19,6 @@ COORDINATES = ("X", "Y", "Z", "A", "B", "C")
 FARTHEST_MM, MOST_DEG = 100_000.0, 36_000.0
 """As in programs: what is farther away is a mistake in typing."""
 _FRESH_S = 0.5
-_NEAREST = 3
 
 PointName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$", description="a name that programs may use")]
 
@@ -129,22 +127,6 @@ class PointsSettings:
 
     points: dict[str, Point] = field(default_factory=dict)
     signals: dict[str, Signal] = field(default_factory=dict)
-
-
-def near(name: str, known: Collection[str], none: str) -> str:
-    """What is allowed instead of an unknown name, for people: the nearest names first where there are some."""
-    if not known:
-        return none
-    folded = {each.casefold(): each for each in known}
-    found = [folded[each] for each in difflib.get_close_matches(name.casefold(), folded, _NEAREST)]
-    others = [each for each in sorted(known) if each not in found]
-    if not found:
-        return f"one of {', '.join(others)}"
-    return f"{' or '.join(found)}{f'; there are also {_few(others)}' if others else ''}"
-
-
-def _few(names: list[str]) -> str:
-    return ", ".join(names if len(names) <= 12 else [*names[:12], f"{len(names) - 12} more"])
 
 
 def read_points(file: Path, owner: PointsOwner, named_by: Naming | None = None) -> Reading[PointsFile]:

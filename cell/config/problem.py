@@ -1,11 +1,15 @@
 """What is wrong with a configuration, with an address: file, line and column."""
 
+import difflib
+from collections.abc import Collection
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
 Key = str | int
 KeyPath = tuple[Key, ...]
+
+_NEAREST = 3
 
 
 class Severity(Enum):
@@ -60,3 +64,19 @@ def path_text(path: KeyPath) -> str:
     for key in path:
         text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
     return text or "file"
+
+
+def near(name: str, known: Collection[str], none: str) -> str:
+    """What is allowed instead of an unknown name, for people: the nearest names first where there are some."""
+    if not known:
+        return none
+    folded = {each.casefold(): each for each in known}
+    found = [folded[each] for each in difflib.get_close_matches(name.casefold(), folded, _NEAREST)]
+    others = [each for each in sorted(known) if each not in found]
+    if not found:
+        return f"one of {', '.join(others)}" if len(others) > 1 else f"only {others[0]}"
+    return f"{' or '.join(found)}{f'; there are also {_few(others)}' if others else ''}"
+
+
+def _few(names: list[str]) -> str:
+    return ", ".join(names if len(names) <= 12 else [*names[:12], f"{len(names) - 12} more"])

@@ -462,7 +462,7 @@ def _known(name: Word, kind: str, reading: Reading) -> str:
     what, known = ("input", names.inputs) if is_input else ("output", names.outputs)
     asked = names.input(name.text) if is_input else names.output(name.text)
     if known is not None and asked not in known:
-        raise unknown(name, what, known, f"a name of {what}s", "this robot has none in its drives file")
+        raise unknown(name, what, known, "none: this robot has none in its drives file")
     return asked
 
 

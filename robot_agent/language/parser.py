@@ -4,13 +4,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cell.config.document import read_text
-from cell.config.problem import Problem
+from cell.config.problem import Problem, near
 from robot_agent.language.flow import mistakes_of_flow
 from robot_agent.language.names import Names, Points
 from robot_agent.language.program import CalledLine, Program, ProgramError, ProgramProblem
 from robot_agent.language.sequence import End
 from robot_agent.language.statement import STATEMENTS, Reading, Statement
-from robot_agent.language.words import COMMENT, Mistake, Word, nearest, statements_in, tool_first
+from robot_agent.language.words import COMMENT, Mistake, Word, statements_in, tool_first
 
 
 def parse_program(text: str, name: str, names: Names, folder: Path | None = None) -> Program:
@@ -98,9 +98,7 @@ class _Reader:
 def _kind(head: Word) -> type[Statement]:
     kind = STATEMENTS.get(head.statement)
     if kind is None:
-        raise Mistake(
-            head.column, f"`{head.text}`", f"one of {', '.join(STATEMENTS)}{nearest(head.text.upper(), STATEMENTS)}"
-        )
+        raise Mistake(head.column, f"`{head.text}`", near(head.text, STATEMENTS, ""))
     return kind
 
 

@@ -30,8 +30,7 @@ class ChangeTool(Statement):
         if "=" not in word.text and known is not None:
             name = next((each for each in known if each.upper() == name.upper()), name)
         if known is not None and name not in known:
-            named, none = Word(name, word.column), "this robot has none in its robot file"
-            raise unknown(named, "tool", known, "T0 for none, or a name of tools", none)
+            raise unknown(Word(name, word.column), "tool", {"T0", *known}, "")
         return cls(line, name)
 
     def run(self, walk: Walk) -> Mount | ProgramFault | None:
@@ -61,7 +60,7 @@ class Attach(Statement):
             raise Mistake(words[0].column, found, "ATTACH and the name of a part")
         word = words[1]
         if reading.names.parts is not None and word.text not in reading.names.parts:
-            raise unknown(word, "part", reading.names.parts, "a name of parts", "this robot has none in its robot file")
+            raise unknown(word, "part", reading.names.parts, "none: this robot has none in its robot file")
         return cls(line, word.text)
 
     def run(self, walk: Walk) -> Mount | ProgramFault:

@@ -31,13 +31,7 @@ class Track(Statement):
         if word.text.isdecimal() and word.text.isascii():
             word = Word(f"trk{word.text}", word.column)
         if reading.names.corrections is not None and word.text not in reading.names.corrections:
-            raise unknown(
-                word,
-                "correction",
-                reading.names.corrections,
-                "OFF or a name of corrections",
-                "this robot has none in the cell file",
-            )
+            raise unknown(word, "correction", {"OFF", *reading.names.corrections}, "")
         return cls(line, word.text)
 
     def run(self, walk: Walk) -> TrackingOn | TrackingOff | None:
@@ -69,9 +63,7 @@ class SetOutput(Statement):
         word = named[0]
         output = reading.names.output(word.text)
         if reading.names.outputs is not None and output not in reading.names.outputs:
-            raise unknown(
-                word, "output", reading.names.outputs, "a name of outputs", "this robot has none in its drives file"
-            )
+            raise unknown(word, "output", reading.names.outputs, "none: this robot has none in its drives file")
         return cls(line, output, words[0].text.upper() == "SET")
 
     def run(self, walk: Walk) -> Switch:
@@ -102,13 +94,7 @@ class SwitchSpace(Statement):
             raise Mistake(words[0].column, found, "SPACE, the name of a space, and ON or OFF")
         word = words[1]
         if reading.names.spaces is not None and word.text not in reading.names.spaces:
-            raise unknown(
-                word,
-                "space",
-                reading.names.spaces,
-                "a name of spaces with by_program",
-                "this robot has none with by_program in the cell file",
-            )
+            raise unknown(word, "space", reading.names.spaces, "none: by_program is set for none in the cell file")
         return cls(line, word.text, words[2].text.upper() == "ON")
 
     def run(self, walk: Walk) -> None:
@@ -134,9 +120,7 @@ class MeetOthers(Statement):
             raise Mistake(words[0].column, found, "MEET and the name of a meeting; if wanted, TIMEOUT and seconds")
         word = words[1]
         if reading.names.meetings is not None and word.text not in reading.names.meetings:
-            raise unknown(
-                word, "meeting", reading.names.meetings, "a name of meetings", "this robot is in none in the cell file"
-            )
+            raise unknown(word, "meeting", reading.names.meetings, "none: this robot is in none in the cell file")
         timeout_s = None
         if len(words) == 4:
             timeout_s = number(words[3].text, words[3])
@@ -330,5 +314,5 @@ def _count(words: list[Word], allowed: str) -> int | None:
 def place_of(word: Word, labels: dict[str, int]) -> int:
     """Index of the statement after the label that a word names, or Mistake."""
     if word.text not in labels:
-        raise unknown(word, "label", labels, "a label of this file", "it has none")
+        raise unknown(word, "label", labels, "no label: this file has none")
     return labels[word.text]

@@ -4,7 +4,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from cell.config.points_file import JointPoint, Point, near
+from cell.config.points_file import JointPoint, Point
+from cell.config.problem import near
 from robot_agent.language.names import Names
 from robot_agent.language.steps import BASE, Aim, Orientation, Position
 from robot_agent.language.words import Mistake, Word

@@ -4,7 +4,8 @@ import math
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
-from difflib import get_close_matches
+
+from cell.config.problem import near
 
 _WORD = re.compile(r"[^\s=]+(?:\s*=\s*[^\s=]+)?")
 _LABEL = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*:(?!\S)")
@@ -75,16 +76,9 @@ class Mistake(Exception):
         self.column, self.found, self.allowed = column, found, allowed
 
 
-def nearest(text: str, known: Collection[str]) -> str:
-    """The name that was meant, as the end of a sentence; empty when none is near."""
-    near = get_close_matches(text, known, n=1)
-    return f"; nearest: {near[0]}" if near else ""
-
-
-def unknown(word: Word, kind: str, known: Collection[str], allowed: str, none: str) -> Mistake:
-    """That nothing of this kind has this name, and which there are; `none` says so of none."""
-    names = ", ".join(sorted(known)) or none
-    return Mistake(word.column, f"unknown {kind} `{word.text}`", f"{allowed}: {names}{nearest(word.text, known)}")
+def unknown(word: Word, kind: str, known: Collection[str], none: str) -> Mistake:
+    """That nothing of this kind has this name, and which there are, the nearest first; `none` says so of none."""
+    return Mistake(word.column, f"unknown {kind} `{word.text}`", near(word.text, known, none))
 
 
 SLOWEST = 0.01

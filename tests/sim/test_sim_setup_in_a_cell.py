@@ -198,7 +198,7 @@ def test_without_a_manager_it_takes_the_operators_word_that_he_keeps_the_others_
     cell.until(lambda: cell.moves("left"))
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(1, 50))])
 def test_never_two_at_once_over_a_network_that_loses_and_delays(seed: int) -> None:
     """Both operators want to set up, enable and run, again and again, at random moments; the manager is restarted."""
     cell = Cell(seed, LOSSY)

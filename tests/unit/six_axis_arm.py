@@ -1,6 +1,7 @@
 """The six-axis arm that the tests of geometry, kinematics and workspace share."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -53,7 +54,9 @@ def description(position_deg: float = 180.0, **geometry: float) -> RobotDescript
     )
 
 
+@cache
 def arm(position_deg: float = 180.0) -> SixAxis:
+    """Always the same one: to find how far it reaches takes longer than many a test."""
     return SixAxis(description(position_deg))
 
 

@@ -7,8 +7,8 @@ from cell.commands.checks.edges import idle_edges
 from cell.commands.checks.reach import unreachable_lines
 from cell.commands.checks.readings import NamedFiles
 from cell.config.document import Document, Naming, read_text
-from cell.config.points_file import PointsOwner, Signal, SignalKind, near, read_points, settings_of
-from cell.config.problem import Problem, Severity, refuses
+from cell.config.points_file import PointsOwner, Signal, SignalKind, read_points, settings_of
+from cell.config.problem import Problem, Severity, near, refuses
 from robot_agent.kinematics import Model
 from robot_agent.language import Names, Points, Program, ProgramError, parse_program
 from robot_agent.language.names import Known

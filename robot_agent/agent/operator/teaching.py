@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.config.points_file import JointPoint, Point, PointsOwner, PointsSettings, PosePoint, near
+from cell.config.points_file import JointPoint, Point, PointsOwner, PointsSettings, PosePoint
+from cell.config.problem import near
 from cell.config.settings import CellSettings, PoseSettings
 from cell.core import Answer, Effect
 from cell.geometry import compose, inverse, to_xyz_abc

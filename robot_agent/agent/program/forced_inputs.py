@@ -5,7 +5,7 @@ Nobody else asks here. An input that switches a space is not forced, and what st
 
 from collections.abc import Callable, Collection, Mapping
 
-from cell.config.points_file import near
+from cell.config.problem import near
 from cell.messages import Severity
 
 

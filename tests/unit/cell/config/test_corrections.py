@@ -52,7 +52,7 @@ def test_a_belt_measured_by_three_points_is_the_one_with_their_pose(tmp_path: Pa
          "conveyors.belt.points: found the points lie in one line, allowed three points apart from "
          "each other"),
         (PROGRAM, "TRACK seam", "TRACK seem", (PROGRAM, "TRACK §seem"),
-         "program: found unknown correction `seem`, allowed OFF or a name of corrections: belt, seam; nearest: seam"),
+         "program: found unknown correction `seem`, allowed seam; there are also OFF, belt"),
     ],
 )  # fmt: skip
 def test_a_contradiction_is_named_where_it_stands(

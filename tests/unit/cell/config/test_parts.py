@@ -81,7 +81,7 @@ def test_a_part_may_touch_what_names_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("program", "problem"),
     [
-        ("ATTACH brick\nHOME", "left.prog:1:8: program: found unknown part `brick`, allowed a name of parts: casting"),
+        ("ATTACH brick\nHOME", "left.prog:1:8: program: found unknown part `brick`, allowed only casting"),
         ("ATTACH\nHOME", "ATTACH and the name of a part"),
         ("DETACH casting\nHOME", "nothing: the robot holds one part at most"),
         ("HOME\nATTACH casting\nATTACH casting\nHOME", "left.prog:3:1"),
@@ -142,7 +142,7 @@ def with_tools(folder: Path, mounted: str = "tool: grip\n") -> Copy:
     [
         (
             "HOME\nT=torch",
-            "left.prog:2:1: program: found unknown tool `torch`, allowed T0 for none, or a name of tools",
+            "left.prog:2:1: program: found unknown tool `torch`, allowed one of T0, grip, lance",
         ),
         ("HOME\nT5", "left.prog:2:1: program: found unknown tool `T5`"),
         ("HOME\nT=lance\nML X=9000 F=100", "left.prog:3:1"),

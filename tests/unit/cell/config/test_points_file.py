@@ -76,7 +76,7 @@ def test_a_file_that_is_not_there_yet_has_no_points(tmp_path: Path) -> None:
         ("{J1: 99999, lift: 0}", "1:22: points.a.J1: found 99999, allowed -36000 to 36000"),
         ("{X: 1, Y: 2, Z: 3, A: 0, B: 0, C: 0, fram: x}", "found unknown key 'fram', allowed frame; there are also"),
         ("{X: 1, Y: 2, Z: 3, A: 0, B: 0, C: 0, frame: fixtur}", "found unknown frame 'fixtur', allowed fixture"),
-        ("{X: 1, Y: 2, Z: 3, A: 0, B: 0, C: 0, tool: saw}", "found unknown tool 'saw', allowed one of gripper"),
+        ("{X: 1, Y: 2, Z: 3, A: 0, B: 0, C: 0, tool: saw}", "found unknown tool 'saw', allowed only gripper"),
         ("{X: 1, Y: 2, Z: 3, A: 0, B: 0, C: 0, branch: DOWN}", "found unknown branch 'DOWN'"),
         ("{X: 1e6, Y: 2, Z: 3, A: 0, B: 0, C: 0}", "1:21: points.a.X: found 1e+06, allowed -100000 to 100000"),
     ],

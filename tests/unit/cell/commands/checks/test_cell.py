@@ -80,11 +80,11 @@ def test_every_example_cell_is_good(path: Path) -> None:
          "times.estop_delay_s: found 2, allowed 2.576 or more: nominal_s, 0.12, and the longest ramp, 2.46 of "
          "right.J1"),
         (PROGRAM, "RESET DO gripper", "RESET DO laser", (PROGRAM, "RESET DO §laser"),
-         "program: found unknown output `laser`, allowed a name of outputs: gripper"),
+         "program: found unknown output `laser`, allowed only gripper"),
         (PROGRAM, "WAIT 0.3", "WAIT DI door", (PROGRAM, "WAIT DI §door"),
-         "program: found unknown input `door`, allowed a name of inputs: this robot has none in its drives file"),
+         "program: found unknown input `door`, allowed none: this robot has none in its drives file"),
         (PROGRAM, "HOME F=80", "MEET load", (PROGRAM, "MEET §load"),
-         "program: found unknown meeting `load`, allowed a name of meetings: this robot is in none in the cell file"),
+         "program: found unknown meeting `load`, allowed none: this robot is in none in the cell file"),
         (PROGRAM, "WAIT 0.3", "WAIT soon", (PROGRAM, "WAIT §soon"), "program: found `soon`, allowed a finite number"),
     ],
 )  # fmt: skip
