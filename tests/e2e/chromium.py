@@ -77,9 +77,7 @@ class Tab:
     def mouse(self, what: str, at: tuple[float, float]) -> None:
         """`mousePressed`, `mouseReleased` or `mouseMoved`."""
         buttons = {"mousePressed": 1}.get(what, 0)
-        self.call(
-            "Input.dispatchMouseEvent", type=what, x=at[0], y=at[1], button="left", buttons=buttons, clickCount=1
-        )
+        self.call("Input.dispatchMouseEvent", type=what, x=at[0], y=at[1], button="left", buttons=buttons, clickCount=1)
 
     def click(self, words: str) -> None:
         at = self.middle_of(words)

@@ -21,7 +21,7 @@ from cell.net.errors import CallError
 from cell.net.session import new_call
 from cell.view.desk import NoAnswer
 from cell.view.gate import Gate, Level
-from cell.view.panels import Axes
+from cell.view.rows import Axes
 from cell.view.source import LiveSource
 
 PORT = 8080
@@ -95,7 +95,7 @@ def show(
         except (OSError, Unguarded) as error:
             raise CommandError(f"the page cannot be served at {host}: {error}") from error
         try:
-            desk = LiveDesk(operator) if control is not None else None
+            desk = LiveDesk(operator, "by the page") if control is not None else None
             source = LiveSource(operator.session)
             page = Page(server, operator.settings, source, axes_of(operator.settings), desk)
             _tell(gate, host, listener.getsockname()[1])
@@ -140,9 +140,10 @@ def axes_of(settings: CellSettings) -> dict[str, Axes]:
 class LiveDesk:
     """Orders to the running cell; any thread may give them."""
 
-    def __init__(self, operator: Connection) -> None:
+    def __init__(self, operator: Connection, by: str) -> None:
+        """`by`: what the operator uses, for example "by the page"."""
         self._operator = operator
-        self.operator = f"{operator_name()} by the page"
+        self.operator = f"{operator_name()} {by}"
 
     def ask(self, to: str, command: Command, heard: Heard) -> Reply:
         """See `Desk`."""
@@ -162,7 +163,7 @@ class LiveDesk:
         """See `Desk`: by the path of `cell estop`, which needs neither the manager nor this session."""
         settings = self._operator.settings
         endpoints = (settings.manager_endpoint, *(gateway.endpoint for gateway in settings.gateways.values()))
-        stop, answers = Stop(self.operator, "the page's button"), Answers()
+        stop, answers = Stop(self.operator, "operator"), Answers()
         doors = [Door(endpoint, (settings.name,), stop, answers, lambda: None) for endpoint in endpoints]
         for door in doors:
             timer = threading.Timer(DOORS_OPEN_S, door.close)
