@@ -22,6 +22,7 @@ COMMANDS = {
     "up": Subcommand(".up.up", "up", f"cell up {FILE} --until-done"),
     "status": Subcommand(".operator.status", "status", f"cell status -f {FILE}"),
     "view": Subcommand(".operator.view", "view", f"cell view --control operate -f {FILE}"),
+    "monitor": Subcommand(".operator.monitor", "monitor", f"cell monitor -f {FILE}"),
     "why": Subcommand(".operator.why", "why", f"cell why left -f {FILE}"),
     "events": Subcommand(".operator.events", "events", f"cell events --since 10m --severity alarm -f {FILE}"),
     "record": Subcommand(".operator.record", "record", f"cell record stop.mcap -f {FILE}"),

@@ -42,7 +42,8 @@ from cell.view.desk import Desk, NoAnswer
 from cell.view.gate import Level
 from cell.view.jog_button import JogButton
 from cell.view.newest import Newest
-from cell.view.panels import Axes, note
+from cell.view.panels import note
+from cell.view.rows import Axes
 from cell.view.server import Here
 
 JOINTS = "joints"

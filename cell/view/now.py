@@ -160,8 +160,16 @@ def _next(state: RobotState, reason: Text, lost: Text, other: Name, seen: Newest
         if reason.startswith(f"zone {name}:") and zone.state is ZoneState.ORPHANED:
             return f"look whether somebody is inside, then: cell zone clear {name}"
     if other:
-        return f"nothing: it goes on when {other} is out of its way"
+        return _other_first(other, seen)
     return f"see what it waits for: cell why {robot}" if reason else "nothing: it runs"
+
+
+def _other_first(other: Name, seen: Newest) -> Text:
+    """Where another robot is in the way: it goes out of it by itself, or somebody has to let it."""
+    state = seen.of(RobotState).get(other)
+    if state is None or state.mode is Mode.RUNNING or state.mode in _MOVES:
+        return f"nothing: it goes on when {other} is out of its way"
+    return f"first {other}, which is in its way: {_NEXT[state.mode].format(robot=other)}"
 
 
 def _remedy(state: RobotState, seen: Newest) -> Text:

@@ -18,7 +18,7 @@ from cell.view.curves import Curves, Quantity
 from cell.view.desk import Desk
 from cell.view.newest import Newest
 from cell.view.now import NowLines
-from cell.view.panels import Axes
+from cell.view.rows import Axes
 from cell.view.server import GatedServer, here
 from cell.view.source import Source
 from cell.view.stage import ROBOT_COLOURS, Stage

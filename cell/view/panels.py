@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from html import escape
 from itertools import islice
 
@@ -13,13 +12,11 @@ from cell.core import Arrived
 from cell.geometry import pose_from, to_xyz_abc
 from cell.geometry.arrays import Array
 from cell.messages import (
-    AxisStatus,
     DriveFeedback,
     Event,
     FramePose,
     GatewayState,
     ManagerState,
-    NodeStatus,
     PlayoutState,
     Presence,
     RobotState,
@@ -29,11 +26,12 @@ from cell.messages import (
 from cell.messages.common import Count
 from cell.view.newest import Newest
 from cell.view.now import Line, Tone
+from cell.view.rows import AXIS_HEADING, Axes, Kind, axis_rows, duration
 
 MOST_LINES = 60
-SIMULATED_BUSES = frozenset({"virtual", "udp_multicast"})
-"""Of python-can: no machine is on them."""
+_KINDS = {Kind.SILENT: "#64748b", Kind.SIMULATED: "#0284c7", Kind.REAL: "#b91c1c"}
 _TONES = {Tone.MOVES: "#16a34a", Tone.WAITS: "#d97706", Tone.STANDS: "#64748b", Tone.ALARM: "#dc2626"}
+_DRIVES = _TONES | {Tone.MOVES: "inherit"}
 _SEVERITIES = {Severity.INFO: "#64748b", Severity.WARNING: "#d97706", Severity.ALARM: "#dc2626"}
 _ZONES = {
     ZoneState.FREE: "#16a34a",
@@ -44,25 +42,12 @@ _ZONES = {
 _BOX = "padding:6px 10px;margin:0 8px 8px;border-radius:6px;font-size:13px;line-height:1.45"
 
 
-@dataclass(frozen=True, slots=True)
-class Axes:
-    """The axes of a robot by its file."""
-
-    names: tuple[str, ...]
-    sliding: tuple[bool, ...]
-
-
 def header(settings: CellSettings, seen: Newest) -> str:
     """The cell, whether machines move, and what concerns all: a stop and who has confirmed it, silence."""
-    buses = {state.interface for state in seen.of(GatewayState).values()}
-    if not buses:
-        kind = _badge("nobody answers", "#64748b")
-    elif buses <= SIMULATED_BUSES:
-        kind = _badge("SIMULATED", "#0284c7")
-    else:
-        kind = _badge("REAL MACHINES", "#b91c1c")
+    kind = Kind.of(seen)
+    badge = _badge(kind.value, _KINDS[kind])
     manager = seen.one(ManagerState)
-    lines = [f"<div style='{_BOX}'><b style='font-size:15px'>{escape(settings.name)}</b> {kind}</div>"]
+    lines = [f"<div style='{_BOX}'><b style='font-size:15px'>{escape(settings.name)}</b> {badge}</div>"]
     if manager is None:
         lines.append(_banner(f"the manager does not answer: cell manager {settings.file}", "#b91c1c"))
     else:
@@ -95,7 +80,7 @@ def now(lines: Iterable[Line]) -> str:
 
 def _card(line: Line) -> str:
     colour = _TONES[line.tone]
-    since = "" if line.since_s is None else f" <span style='opacity:.7'>(for {_duration(line.since_s)})</span>"
+    since = "" if line.since_s is None else f" <span style='opacity:.7'>(for {duration(line.since_s)})</span>"
     rows = [f"<b>{escape(line.robot)}</b> {_badge(line.mode, colour)}"]
     if line.program:
         rows.append(f"<code style='font-size:12px'>{escape(line.program)}</code>")
@@ -108,59 +93,21 @@ def _card(line: Line) -> str:
     return f"<div style='{style}'>{'<br>'.join(rows)}</div>"
 
 
-def _duration(seconds: float) -> str:
-    if seconds < 100.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.0f} h"
-
-
 def drives(settings: CellSettings, seen: Newest, axes: Mapping[str, Axes]) -> str:
-    """Each axis: state of its drive, where it is, how fast, how far behind, its torque."""
-    nodes: dict[str, dict[str, NodeStatus]] = {name: {} for name in settings.robots}
-    for gateway in seen.of(GatewayState).values():
-        for node in gateway.nodes:
-            nodes.setdefault(node.robot, {})[node.axis] = node
-    return "".join(
-        _drives_of(robot, axes[robot], nodes[robot], seen.of(DriveFeedback).get(robot))
-        for robot in settings.robots
-        if robot in axes
-    ) + "".join(_gateway(name, state) for name, state in sorted(seen.of(GatewayState).items()))
+    """The axes of all robots, and the buses."""
+    return "".join(_drives_of(robot, axes[robot], seen) for robot in settings.robots if robot in axes) + "".join(
+        _gateway(name, state) for name, state in sorted(seen.of(GatewayState).items())
+    )
 
 
-def _drives_of(robot: str, axes: Axes, nodes: Mapping[str, NodeStatus], feedback: DriveFeedback | None) -> str:
-    heading = ["axis", "drive", "position", "speed", "behind", "worst", "torque"]
-    rows = []
-    for i, (name, sliding) in enumerate(zip(axes.names, axes.sliding, strict=True)):
-        node = nodes.get(name)
-        known = feedback is not None and len(feedback.position) == len(axes.names)
-        status = _drive_words(node, feedback.axes[i] if feedback is not None and known else None)
-        scale = 1000.0 if sliding else math.degrees(1.0)
-        worst = "" if node is None or node.following_error is None else f"{scale * node.following_error:.3f}"
-        numbers = ["", "", "", ""]
-        if feedback is not None and known:
-            behind = scale * (feedback.commanded[i] - feedback.position[i])
-            torque = "" if feedback.torque is None else f"{feedback.torque[i]:.1f} {'N' if sliding else 'Nm'}"
-            unit = "mm" if sliding else "&deg;"
-            numbers = [
-                f"{scale * feedback.position[i]:.2f} {unit}",
-                f"{scale * feedback.velocity[i]:.1f} {unit}/s",
-                f"{behind:+.3f}",
-                torque,
-            ]
-        rows.append([escape(name), status, *numbers[:3], worst, numbers[3]])
+def _drives_of(robot: str, axes: Axes, seen: Newest) -> str:
+    rows = [
+        [escape(row.cells[0]), _coloured(row.cells[1], _DRIVES[row.tone]), *map(escape, row.cells[2:])]
+        for row in axis_rows(robot, axes, seen)
+    ]
+    feedback = seen.of(DriveFeedback).get(robot)
     state = "silent" if feedback is None else PlayoutState(feedback.state).name.lower()
-    return f"<div style='{_BOX}'><b>{escape(robot)}</b> {escape(state)}{table(heading, rows)}</div>"
-
-
-def _drive_words(node: NodeStatus | None, status: AxisStatus | None) -> str:
-    if node is None:
-        return _coloured("not told", "#64748b")
-    drive = status if status is not None else node.drive
-    bad = drive in (AxisStatus.FAULT, AxisStatus.FAULT_REACTION_ACTIVE, AxisStatus.SILENT)
-    words = drive.words + ("" if node.referenced else ", not referenced") + (", warns" if node.warning else "")
-    if node.emergency_code:
-        words += f"; {node.emergency_code:04X}h {node.emergency_text}"
-    return _coloured(words, "#dc2626" if bad else "#d97706" if node.warning or not node.referenced else "inherit")
+    return f"<div style='{_BOX}'><b>{escape(robot)}</b> {escape(state)}{table(list(AXIS_HEADING), rows)}</div>"
 
 
 def _gateway(name: str, state: GatewayState) -> str:
@@ -231,7 +178,7 @@ def cell(seen: Newest) -> str:
             _coloured(zone.state.value, _ZONES[zone.state]),
             escape(zone.holder or ""),
             escape(", ".join(zone.queue)),
-            escape(zone.reason) or f"for {_duration(max(0.0, manager.cell_time - zone.since))}",
+            escape(zone.reason) or f"for {duration(max(0.0, manager.cell_time - zone.since))}",
         ]
         for name, zone in manager.zones.items()
     ]
@@ -258,7 +205,7 @@ def events(kept: Iterable[tuple[Count, Arrived]], least: Severity, now_s: float)
             what = f"<b>{escape(event.source)}</b> <code>{escape(event.code)}</code><br>{escape(event.text)}{remedy}"
             rows.append(
                 [
-                    f"{_duration(now_s - each.at)} ago",
+                    f"{duration(now_s - each.at)} ago",
                     _coloured(event.severity.value, _SEVERITIES[event.severity]),
                     what,
                 ]

@@ -14,7 +14,7 @@ from cell.commands.client.connection import TRY_S, Connection, ask_until_answere
 from cell.commands.emergency.answers import Answers
 from cell.commands.emergency.door import Door, Stop
 from cell.commands.emergency.words import operator_name
-from cell.commands.errors import CommandError
+from cell.commands.errors import CommandError, not_installed
 from cell.commands.options import (
     CELL_FILE,
     PORT,
@@ -32,10 +32,9 @@ from cell.net.errors import CallError, Unreachable
 from cell.net.session import new_call
 from cell.view.desk import NoAnswer
 from cell.view.gate import Gate, Level
-from cell.view.panels import Axes
+from cell.view.rows import Axes
 from cell.view.source import LiveSource
 
-INSTALL = "pip install 'zencell[view]'"
 DOORS_OPEN_S = 8.0
 """So long a stop is repeated through every door."""
 LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -88,7 +87,7 @@ def show(
         from cell.view.page import Page
         from cell.view.server import GatedServer, PortTaken, Unguarded, listen
     except ImportError as error:
-        raise CommandError(f"the page needs what is not installed: {error.name}", INSTALL) from error
+        raise not_installed("the page", "view", error) from error
     highest = Level[control.name] if control is not None else Level.WATCH
     gate = Gate(_names(host), highest)
     with connect(file, endpoints, stop) as operator:
@@ -100,7 +99,7 @@ def show(
         except (OSError, Unguarded) as error:
             raise CommandError(f"the page cannot be served at {host}: {error}") from error
         try:
-            desk = LiveDesk(operator) if control is not None else None
+            desk = LiveDesk(operator, "by the page") if control is not None else None
             source = LiveSource(operator.session)
             page = Page(server, operator.settings, source, axes_of(operator.settings), desk)
             _tell(gate, host, listener.getsockname()[1])
@@ -145,9 +144,10 @@ def axes_of(settings: CellSettings) -> dict[str, Axes]:
 class LiveDesk:
     """Orders to the running cell; any thread may give them."""
 
-    def __init__(self, operator: Connection) -> None:
+    def __init__(self, operator: Connection, by: str) -> None:
+        """`by`: what the operator uses, for example "by the page"."""
         self._operator = operator
-        self.operator = f"{operator_name()} by the page"
+        self.operator = f"{operator_name()} {by}"
 
     def ask(self, to: str, command: Command, heard: Heard) -> Reply:
         """See `Desk`."""
@@ -167,7 +167,7 @@ class LiveDesk:
         """See `Desk`: by the path of `cell estop`, which needs neither the manager nor this session."""
         settings = self._operator.settings
         endpoints = (settings.manager_endpoint, *(gateway.endpoint for gateway in settings.gateways.values()))
-        stop, answers = Stop(self.operator, "the page's button"), Answers()
+        stop, answers = Stop(self.operator, "operator"), Answers()
         doors = [Door(endpoint, (settings.name,), stop, answers, lambda: None) for endpoint in endpoints]
         for door in doors:
             timer = threading.Timer(DOORS_OPEN_S, door.close)
