@@ -83,13 +83,13 @@ class Planner:
         try:
             return planner._slowed(request, Sequence(planner._blocks(request)))
         except PlanError as error:
-            return PlanFailed(request.id, error.line, str(error))
+            return PlanFailed(request.id, error.line, str(error), error.block)
         except KinematicsError as error:
             return PlanFailed(request.id, request.line, f"line {request.line}: {error}")
 
     def _slowed(self, request: PlanRequest | ExtendRequest, sequence: Sequence) -> Planned | PlanFailed:
         """The motion, each of its moves so slow that the TCP keeps the speed of the slow spaces that it is in."""
-        line, worst = 0, 0.0
+        line, step, worst = 0, 0, 0.0
         for _ in range(_SLOWINGS):
             planned = self._planned(request, sequence)
             if not self.spaces.slow or isinstance(planned, PlanFailed):
@@ -101,6 +101,7 @@ class Planner:
             if not hasty.any():
                 return planned
             line, worst = planned.line_at(float(taus[haste.argmax()])), float(haste.max())
+            step = max(int(number[haste.argmax()]), 0)
             blocks = list(sequence.blocks)
             for k in np.unique(number[hasty]):
                 there = hasty & (number == k)
@@ -109,7 +110,7 @@ class Planner:
         text = (
             f"line {line}: the TCP is {100.0 * (worst - 1.0):.0f} % too fast in a slow space, whatever the move's speed"
         )
-        return PlanFailed(request.id, line, f"{text}: name a lower F, or go around the space")
+        return PlanFailed(request.id, line, f"{text}: name a lower F, or go around the space", step)
 
     def _slower(
         self, block: Block, q: NDArray[np.float64], qd: NDArray[np.float64], haste: NDArray[np.float64]
@@ -123,10 +124,11 @@ class Planner:
 
     def _planned(self, request: PlanRequest | ExtendRequest, sequence: Sequence) -> Planned | PlanFailed:
         if isinstance(request, ExtendRequest):
-            return self._free(self._extended(request, sequence), request.splice_s - request.cut_s)
+            return self._free(self._extended(request, sequence), len(sequence), request.splice_s - request.cut_s)
         motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
         planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
-        return self._free(replace(planned, switches=_switches(request), spaces_off=request.steps[0].spaces_off))
+        planned = replace(planned, switches=_switches(request), spaces_off=request.steps[0].spaces_off)
+        return self._free(planned, len(sequence))
 
     def _extended(self, request: ExtendRequest, sequence: Sequence) -> Extended:
         old, at_s, cut_s = request.motion, request.splice_s, request.cut_s
@@ -149,8 +151,11 @@ class Planner:
         samples = whole.sweep, whole.taus, whole.motion.q(whole.taus), whole.motion.qd(whole.taus)
         return extended(request.sections, request.cut_s, request.splice_s - request.cut_s, self._braking, *samples)
 
-    def _free(self, planned: Planned, from_tau: float = 0.0) -> Planned | PlanFailed:
-        """The motion, if from this tau [s] on it touches nothing that it must not, and keeps to its spaces."""
+    def _free(self, planned: Planned, steps: int, from_tau: float = 0.0) -> Planned | PlanFailed:
+        """The motion, if from this tau [s] on it touches nothing that it must not, and keeps to its spaces.
+
+        Its last blocks are the `steps` that were asked for.
+        """
         if not (self.things or self.spaces):
             return planned
         first = max(int(np.searchsorted(planned.taus, from_tau, side="right")) - 1, 0)
@@ -170,15 +175,17 @@ class Planner:
                 self.spaces.first_breach(watched, taus, watched_at, planned.spaces_off.union(self.spaces.inputs))
             )
         touch = min((each for each in found if each is not None), key=lambda each: each.tau, default=None)
-        return planned if touch is None else self._refused(planned, touch, taus)
+        return planned if touch is None else self._refused(planned, touch, taus, steps)
 
-    def _refused(self, planned: Planned, touch: Touch | Breach, taus: NDArray[np.float64]) -> PlanFailed:
+    def _refused(self, planned: Planned, touch: Touch | Breach, taus: NDArray[np.float64], steps: int) -> PlanFailed:
         """What a motion runs into, where, and how far it is free."""
         line, before = planned.line_at(touch.tau), taus[taus < touch.tau]
         free = "not even where it begins"
         if len(before):
             free = f"free up to {self._joints(planned.motion.q(before[-1:])[0])}"
-        return PlanFailed(planned.id, line, f"line {line}: {touch}, {touch.tau:.2f} s after the motion begins; {free}")
+        step = int(planned.motion.block_at(np.array(touch.tau))) - (len(planned.lines) - steps)
+        text = f"line {line}: {touch}, {touch.tau:.2f} s after the motion begins; {free}"
+        return PlanFailed(planned.id, line, text, max(step, 0))
 
     def _joints(self, q: NDArray[np.float64]) -> str:
         """For people, as in a program."""

@@ -138,3 +138,5 @@ class PlanFailed:
     id: int
     line: int
     text: str
+    step: int = 0
+    """Its index among the steps of the request; 0 also where nobody knows it."""
