@@ -16,6 +16,7 @@ from cell.config.settings import (
     ConveyorSettings,
     CorrectionSettings,
     GatewayEndpoint,
+    MountedAtStart,
     OnManagerReturn,
     PairMargin,
     PathWindow,
@@ -140,6 +141,11 @@ class RobotEntry(BaseModel):
         None,
         description="the file of its taught points, relative to this one; default NAME.points.yaml beside its program, "
         "which comes to be with the first point that is taught",
+    )
+    mounted_at_start: MountedAtStart = Field(
+        MountedAtStart.ASK,
+        description="of a program with T, ATTACH or DETACH: `as_described`, somebody sees to it that the robot has the "
+        "tool of its robot file, and no part, whenever its agent starts; `ask`, an operator says it after each start",
     )
     corrections: dict[Name, CorrectionEntry] = Field(default={}, description="what TRACK in its program may follow")
     path_window: PathWindowEntry = Field(
@@ -294,6 +300,7 @@ class CellFile(BaseModel):
                     {joint: joint_range(pair, si) for joint, pair in robot.joints.items()},
                     separation is not None,
                     document.beside(robot.points or str(Path(robot.program).parent / f"{name}.points.yaml")),
+                    robot.mounted_at_start,
                 )
                 for name, robot in self.robots.items()
             },

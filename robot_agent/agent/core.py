@@ -24,6 +24,7 @@ from cell.messages import (
     ManagerState,
     Mode,
     PlayoutState,
+    ProgramState,
     Sections,
     SetpointBlock,
     Severity,
@@ -80,8 +81,13 @@ class AgentCore:
         planner_for: Callable[[float, tuple[float, ...]], Planner],
         program: Program,
         boot: str,
+        *,
+        mount_in_doubt: bool = False,
     ) -> None:
-        """`planner_for` gives the robot's planner for the cycle [s] and the quick stop that a claim tells."""
+        """`planner_for` gives the robot's planner for the cycle [s] and the quick stop that a claim tells.
+
+        `mount_in_doubt`: an agent before this one has noted it (`NoteDoubt`).
+        """
         self._cell = cell
         self._robot = robot
         self._boot = boot
@@ -104,7 +110,7 @@ class AgentCore:
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones, self.space)
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
         self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
-        self.mounted = MountedNow()
+        self.mounted = MountedNow(cell.robots[robot].mounted_at_start, doubtful=mount_in_doubt)
         self.teaching = Teaching(robot, cell, program, self._frames)
         self.forced = ForcedInputs(robot, inputs, self.report.event)
         self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced)
@@ -215,6 +221,10 @@ class AgentCore:
             text = f"no program for {self._cell.times.idle_off_s:g} s: the drives are switched off"
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
+        if self.run.state is ProgramState.DONE:
+            self.mounted.end()
+        if note := self.mounted.note():
+            effects.append(note)
         effects += self._move(feedback, planner, now)
         effects += self._plan_ahead(feedback, now)
         effects.append(self._state(feedback, planner.mounting(self.mounted.present), now))

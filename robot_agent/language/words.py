@@ -5,6 +5,7 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 from difflib import get_close_matches
+from itertools import islice
 
 _WORD = re.compile(r"[^\s=]+(?:\s*=\s*[^\s=]+)?")
 _LABEL = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*:(?!\S)")
@@ -67,6 +68,10 @@ def tool_first(words: list[Word], joints: Collection[str]) -> list[list[Word]]:
     return [[tool], [word for word in words if word is not tool]]
 
 
+_MOST_NAMED, _MOST_COMPARED = 30, 500
+"""Names that one mistake lists, and among which the nearest is looked for: a long program may have one in each line."""
+
+
 class Mistake(Exception):
     """What was found at a column of the present line, and what is allowed."""
 
@@ -77,13 +82,14 @@ class Mistake(Exception):
 
 def nearest(text: str, known: Collection[str]) -> str:
     """The name that was meant, as the end of a sentence; empty when none is near."""
-    near = get_close_matches(text, known, n=1)
+    near = get_close_matches(text, known, n=1) if len(known) <= _MOST_COMPARED else []
     return f"; nearest: {near[0]}" if near else ""
 
 
 def unknown(word: Word, kind: str, known: Collection[str], allowed: str, none: str) -> Mistake:
     """That nothing of this kind has this name, and which there are; `none` says so of none."""
-    names = ", ".join(sorted(known)) or none
+    more = f", and {len(known) - _MOST_NAMED} more" if len(known) > _MOST_NAMED else ""
+    names = ", ".join(islice(sorted(known), _MOST_NAMED)) + more or none
     return Mistake(word.column, f"unknown {kind} `{word.text}`", f"{allowed}: {names}{nearest(word.text, known)}")
 
 

@@ -15,6 +15,7 @@ from cell.config.settings import (
     CorrectionSettings,
     FrameSettings,
     GatewayEndpoint,
+    MountedAtStart,
     OnManagerReturn,
     PoseSettings,
     RobotSettings,
@@ -68,6 +69,7 @@ from robot_agent.agent.operator.loading import (
 from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, WritePoint
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
+from robot_agent.agent.program.mounted_now import NoteDoubt
 from robot_agent.kinematics import Model
 from robot_agent.language import Names, Points, parse_program
 from robot_agent.workspace import PlacedRobot, Spaces, Things
@@ -110,6 +112,8 @@ class AgentWorld:
         separation: SeparationSettings | None = None,
         points: Points | None = None,
         points_file: Path = Path("no_such_folder") / "points.yaml",
+        mounted_at_start: MountedAtStart = MountedAtStart.ASK,
+        mount_in_doubt: bool = False,
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
@@ -126,6 +130,7 @@ class AgentWorld:
         cell = settings(on_manager_return, times or Times(), corrections or {}, spaces, things)
         folder = points_file.parent
         left = replace(cell.robots["left"], points=points_file, program=folder / "left.prog")
+        left = replace(left, mounted_at_start=mounted_at_start)
         table = FrameSettings("table", None, PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
         self.agent = AgentCore(
             replace(
@@ -135,7 +140,10 @@ class AgentWorld:
             self._planner_for,
             parsed,
             "boot",
+            mount_in_doubt=mount_in_doubt,
         )
+        self.mount_in_doubt = mount_in_doubt
+        """What the next agent would find noted."""
         self.clears: int | None = None
         """So many sections the manager clears of each presence that asks; None: all."""
         self._clearances = 0
@@ -420,6 +428,8 @@ class AgentWorld:
                     self._read = ProgramNotRead(id, mistakes_text(error.problems))
                 if not self.files_held:
                     self.release_files()
+            case NoteDoubt(doubtful):
+                self.mount_in_doubt = doubtful
             case Unplan(ids):
                 self.unplanned.extend(ids)
 
