@@ -183,16 +183,21 @@ class CellSession:
         return inbox
 
     def _subscribe(self, patterns: tuple[str, ...], store: Callable[[str, bytes], None]) -> None:
+        for pattern in patterns:
+            self.hear(self.keys.prefix + pattern, store)
+
+    def hear(self, key: str, store: Callable[[str, bytes], None]) -> None:
+        """Store what others put on a whole key, of the cell or of somebody else."""
+
         def heard(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:
                 store(str(sample.key_expr), sample.payload.to_bytes())
 
-        for pattern in patterns:
-            self._subscribers.append(
-                self._open.declare_subscriber(
-                    self.keys.prefix + pattern, Callback(heard, indirect=False), allowed_origin=zenoh.Locality.REMOTE
-                )
+        self._subscribers.append(
+            self._open.declare_subscriber(
+                key, Callback(heard, indirect=False), allowed_origin=zenoh.Locality.REMOTE
             )
+        )
 
     # Calls
 

@@ -31,6 +31,7 @@ from cell.messages import (
     ZoneGeometry,
 )
 from cell.net.estops import ObeyedEstops
+from cell.net.plain import PlainText
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.cell_clock import CellClock
@@ -52,6 +53,7 @@ from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.meetings import Meetings
 from robot_agent.agent.program.mounted_now import MountedNow
 from robot_agent.agent.program.pace import Pace
+from robot_agent.agent.program.plain_keys import PlainKeys
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.program.waits import Waits
 from robot_agent.agent.space.shared_space import SharedSpace, Use
@@ -113,7 +115,8 @@ class AgentCore:
         self.mounted = MountedNow(cell.robots[robot].mounted_at_start, doubtful=mount_in_doubt)
         self.teaching = Teaching(robot, cell, program, self._frames)
         self.forced = ForcedInputs(robot, inputs, self.report.event)
-        self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced)
+        self.keys = PlainKeys()
+        self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced, self.keys)
         doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted
         self.loading = Loading(robot, cell, self.report.event)
         decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits)
@@ -166,6 +169,8 @@ class AgentCore:
                 self._hear_estop(message)
             case Correction() | ConveyorCount():
                 self.corrections.heard(message, now)
+            case PlainText():
+                self.keys.heard(message)
             case JogHeld():
                 self.jogging.heard(message)
             case Request():
@@ -181,6 +186,7 @@ class AgentCore:
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
+                self.keys.forget()
             case Shutdown():
                 self._leaving = True
                 self.forced.end()
@@ -193,6 +199,8 @@ class AgentCore:
             effects += self.report.take_events()
             return [*effects, Ended()] if self.link.released else effects
         effects = [*self.teaching.answers(), *self.link.claim_if_due(now)]
+        if hear := self.keys.need(self.run.keys):
+            effects.append(hear)
         if feedback is None or self.link.grant is None:
             self._without_claim()
             return (

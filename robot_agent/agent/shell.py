@@ -15,6 +15,7 @@ from cell.config.settings import CellSettings
 from cell.config.yaml_edit import NotWritten
 from cell.core import Answer, Ask, Effect, Ended, Publish, Shutdown
 from cell.net.calls import Calls
+from cell.net.plain import PlainSlots
 from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession, Link, ZenohOptions
 from robot_agent.agent.core import AgentCore
@@ -31,6 +32,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, Unplan
 from robot_agent.agent.planning.worker import PlanWorker
 from robot_agent.agent.program.mounted_now import NoteDoubt
+from robot_agent.agent.program.plain_keys import HearKeys
 from robot_agent.language import Program
 from robot_agent.workspace import PlacedRobot
 
@@ -111,12 +113,14 @@ class AgentShell:
             f"{mine}/correction/*", f"gateway/{self._gateway}/state",
         )  # fmt: skip
         self._estops = session.queue("estop")
+        self._plain = PlainSlots(now)
         self.ended = threading.Event()
         self.exit_code = 0
 
     def inbox(self) -> list[object]:
         """Everything that arrived since the last step."""
         messages: list[object] = [*self._states.take_arrived(), *self._estops.take(), *self._session.outcomes()]
+        messages += self._plain.take_new()
         if self._calls is not None:
             messages.extend(self._calls.take())
         if self._worker is not None:
@@ -144,6 +148,9 @@ class AgentShell:
                 threading.Thread(target=self._write_point, args=(effect,), name="point", daemon=True).start()
             case ReadProgram():
                 threading.Thread(target=self._read_program, args=(effect,), name="program", daemon=True).start()
+            case HearKeys(keys):
+                for key in keys:
+                    self._session.hear(key, self._plain.store)
             case NoteDoubt(doubtful):
                 self.note_doubt(doubtful)
             case Ended():

@@ -163,7 +163,7 @@ class Wait(AnyWait):
 class WaitInput(AnyWait):
     """`WAIT DI name [ON|OFF] [TIMEOUT s [GOTO label]]`: stand still until this input is on, or off."""
 
-    input: str
+    signal: Signal
     on: bool
     timeout_s: float | None
     """After so long the program ends, or goes on at `target`."""
@@ -200,7 +200,7 @@ class WaitInput(AnyWait):
     def run(self, walk: Walk) -> AwaitInput:
         if walk.ways is not None and self.target is not None and not walk.ways.choose(self.line):
             walk.index = self.target
-        return AwaitInput(self.line, Signal("DI", self.input), self.on, self.timeout_s, self.target)
+        return AwaitInput(self.line, self.signal, self.on, self.timeout_s, self.target)
 
     def leads_to(self, place: int) -> tuple[int, ...]:
         return (place + 1,) if self.target is None else (place + 1, self.target)
@@ -210,7 +210,7 @@ class WaitInput(AnyWait):
 
     @property
     def signals(self) -> tuple[Signal, ...]:
-        return (Signal("DI", self.input),)
+        return (self.signal,)
 
     @property
     def forks(self) -> bool:
@@ -450,20 +450,22 @@ def _term(tokens: list[Word], before: Word, reading: Reading) -> Comparison | As
     for kind in ("DI", "DO"):
         named = signal_name(tokens, int(negated), kind)
         if named is not None and named[1] == len(tokens):
-            return Asked(Signal(kind, _known(named[0], kind, reading)), not negated)
+            return Asked(_known(named[0], kind, reading), not negated)
     if negated or len(tokens) != 3 or tokens[1].text not in _COMPARISONS:
         raise Mistake(tokens[0].column, f"`{' '.join(token.text for token in tokens)}`", _CONDITION)
     return Comparison(_compared(tokens[0]), tokens[1].text, _compared(tokens[2]))
 
 
-def _known(name: Word, kind: str, reading: Reading) -> str:
-    """The input (DI) or output (DO) that a name stands for. Raises Mistake where nobody knows it."""
+def _known(name: Word, kind: str, reading: Reading) -> Signal:
+    """The input (DI, or a key instead of one) or output (DO) of a name. Raises Mistake where nobody knows it."""
     names, is_input = reading.names, kind == "DI"
+    if is_input and (key := names.key(name.text)) is not None:
+        return Signal("KEY", key.name, key.fresh_s)
     what, known = ("input", names.inputs) if is_input else ("output", names.outputs)
     asked = names.input(name.text) if is_input else names.output(name.text)
     if known is not None and asked not in known:
         raise unknown(name, what, known, f"a name of {what}s", "this robot has none in its drives file")
-    return asked
+    return Signal(kind, asked)
 
 
 def _compared(token: Word) -> Value:

@@ -71,6 +71,11 @@ class Names:
         signal = self.signals.get(name)
         return signal.name if signal is not None and signal.kind is SignalKind.INPUT else name
 
+    def key(self, name: str) -> Signal | None:
+        """The Zenoh key that a name stands for; None for all other names."""
+        signal = self.signals.get(name)
+        return signal if signal is not None and signal.kind is SignalKind.KEY else None
+
     def output(self, name: str) -> str:
         """The output that a name stands for."""
         signal = self.signals.get(name)

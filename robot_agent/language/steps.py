@@ -141,15 +141,20 @@ class Meet:
     """After so long the program ends."""
 
 
+_KINDS = {"DI": "input", "DO": "output", "KEY": "key"}
+
+
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A digital input (DI) or output (DO) of the robot, by its name in the drives file."""
+    """A digital input (DI) or output (DO) of the robot, by its name in the drives file, or a Zenoh key (KEY)."""
 
     kind: str
     name: str
+    fresh_s: float = 0.0
+    """Of a key: what is older counts as unknown."""
 
     def __str__(self) -> str:
-        return f"{'input' if self.kind == 'DI' else 'output'} {self.name}"
+        return f"{_KINDS[self.kind]} {self.name}"
 
 
 @dataclass(frozen=True, slots=True)

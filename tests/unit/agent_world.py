@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.config.points_edit import write_point
+from cell.config.points_file import Signal
 from cell.config.problem import ConfigError
 from cell.config.settings import (
     CellSettings,
@@ -70,6 +71,7 @@ from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, W
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
 from robot_agent.agent.program.mounted_now import NoteDoubt
+from robot_agent.agent.program.plain_keys import HearKeys
 from robot_agent.kinematics import Model
 from robot_agent.language import Names, Points, parse_program
 from robot_agent.workspace import PlacedRobot, Spaces, Things
@@ -112,6 +114,7 @@ class AgentWorld:
         separation: SeparationSettings | None = None,
         points: Points | None = None,
         points_file: Path = Path("no_such_folder") / "points.yaml",
+        signals: dict[str, Signal] | None = None,
         mounted_at_start: MountedAtStart = MountedAtStart.ASK,
         mount_in_doubt: bool = False,
     ) -> None:
@@ -126,7 +129,7 @@ class AgentWorld:
         self.planner = Planner(self._placed, CYCLE_S)
         self.brakes: tuple[float, ...] = ()
         """The quick stop that the next claim tells."""
-        parsed = parse_program(program, "left.prog", Names(names, points=points))
+        parsed = parse_program(program, "left.prog", Names(names, points=points, signals=signals or {}))
         cell = settings(on_manager_return, times or Times(), corrections or {}, spaces, things)
         folder = points_file.parent
         left = replace(cell.robots["left"], points=points_file, program=folder / "left.prog")
@@ -147,6 +150,8 @@ class AgentWorld:
         self.clears: int | None = None
         """So many sections the manager clears of each presence that asks; None: all."""
         self._clearances = 0
+        self.heard_keys: tuple[str, ...] = ()
+        """Of the application, to which the agent listens."""
         self.events: list[Event] = []
         self.geometry = ZONE
         self.other_zones: tuple[ZoneGeometry, ...] = ()
@@ -428,6 +433,8 @@ class AgentWorld:
                     self._read = ProgramNotRead(id, mistakes_text(error.problems))
                 if not self.files_held:
                     self.release_files()
+            case HearKeys(keys):
+                self.heard_keys += keys
             case NoteDoubt(doubtful):
                 self.mount_in_doubt = doubtful
             case Unplan(ids):

@@ -44,6 +44,8 @@ class ProgramRun:
 
     def __init__(self, program: Program) -> None:
         self._program = program
+        self.keys = program.keys
+        """The Zenoh keys that it asks for."""
         self.lookahead = Lookahead()
         self.outputs = OutputMarks()
         self.flags = FlagCounts()
@@ -93,7 +95,7 @@ class ProgramRun:
 
     def load(self, program: Program) -> None:
         """From here on it is about this program; none is running."""
-        self._program = program
+        self._program, self.keys = program, program.keys
         self.state, self.error, self.line = ProgramState.LOADED, "", 0
         self.variables, self.waited_s = {}, {}
         self.flags.drop()

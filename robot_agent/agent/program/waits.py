@@ -5,11 +5,13 @@ was before says nothing of what the program has just done. One that an operator 
 wait counts while the program goes on, forwards.
 """
 
+import math
 from dataclasses import replace
 
 from cell.messages import DriveFeedback, ProgramStatus
 from robot_agent.agent.program.forced_inputs import ForcedInputs
 from robot_agent.agent.program.pace import Pace
+from robot_agent.agent.program.plain_keys import PlainKeys
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.zones.gateway_signals import FRESH_S, GatewaySignals
 from robot_agent.language import AwaitAnswer, AwaitInput, Decide, Signal
@@ -18,12 +20,21 @@ from robot_agent.language import AwaitAnswer, AwaitInput, Decide, Signal
 class Waits:
     """At most one at a time, that of `run`."""
 
-    def __init__(self, robot: str, run: ProgramRun, pace: Pace, signals: GatewaySignals, forced: ForcedInputs) -> None:
+    def __init__(
+        self,
+        robot: str,
+        run: ProgramRun,
+        pace: Pace,
+        signals: GatewaySignals,
+        forced: ForcedInputs,
+        keys: PlainKeys,
+    ) -> None:
         self._robot = robot
         self._run = run
         self._pace = pace
         self._signals = signals
         self.forced = forced
+        self._keys = keys
         self._step: AwaitInput | AwaitAnswer | Decide | None = None
         """The newest to which the program came."""
         self._waited = 0
@@ -109,7 +120,7 @@ class Waits:
 
     def _known_ahead(self, signal: Signal) -> bool | None:
         """As it is now, for an IF that is decided ahead of the motion."""
-        return self._known(signal, FRESH_S)
+        return self._known(signal, math.inf)
 
     def _known_here(self, signal: Signal) -> bool | None:
         """By what was measured since the program came here."""
@@ -117,19 +128,23 @@ class Waits:
 
     @property
     def _here_s(self) -> float:
-        return min(FRESH_S, self._now - self._since)
+        return self._now - self._since
 
     def _known(self, signal: Signal, oldest_s: float) -> bool | None:
         if signal.kind == "DI" and signal.name in self.forced.on:
             return self.forced.on[signal.name]
         if signal.kind == "DI":
-            return self._signals.closed(signal.name, self._now, oldest_s)
+            return self._signals.closed(signal.name, self._now, min(oldest_s, FRESH_S))
+        if signal.kind == "KEY":
+            return self._keys.on(signal, self._now, oldest_s)
         names = self._run.outputs.names
         return bool(self._outputs >> names.index(signal.name) & 1) if signal.name in names else None
 
     def _why_unknown(self, signal: Signal) -> str:
         if signal.kind == "DI":
-            return self._signals.why_unknown(signal.name, self._now, self._here_s)
+            return self._signals.why_unknown(signal.name, self._now, min(self._here_s, FRESH_S))
+        if signal.kind == "KEY":
+            return self._keys.why_unknown(signal, self._now, self._here_s)
         return f"its gateway knows no output {signal.name}"
 
     def _why_not(self, step: AwaitInput, is_on: bool | None) -> str:
@@ -139,5 +154,7 @@ class Waits:
         if step.signal.name in self.forced.on:
             ends = f"`cell input {self._robot} {step.signal.name} follow` ends that"
             return f"{step.signal} is forced {is_now}, WAIT DI goes on when it is {wanted}; {ends}"
+        if step.signal.kind == "KEY":
+            return f"{step.signal} is {is_now}, WAIT DI goes on when it is {wanted}"
         tried = f"`cell simulate input {self._robot} {step.signal.name} {wanted}`"
         return f"{step.signal} is {is_now}, WAIT DI goes on when it is {wanted}; in a simulated cell {tried}"
