@@ -60,6 +60,14 @@ FREELY = MoveCaps()
 
 
 @dataclass(frozen=True, slots=True)
+class Before:
+    """A place on a move in front of its end: so much way of the TCP [m] earlier, or so much planned time [s]."""
+
+    way_m: float = 0.0
+    time_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Switch:
     """One execution of `SET DO name` or `RESET DO name`: a digital output is switched on or off."""
 
@@ -68,6 +76,8 @@ class Switch:
     on: bool
     number: int
     """Counts what one run of a program switches, from 1; each round of a loop counts anew."""
+    before: Before | None = None
+    """On its way to the end of its move; None: at that."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,12 +11,12 @@ from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError
-from robot_agent.language import JointStep, LineStep, Mark, SplineStep, TcpStep
+from robot_agent.language import JointStep, LineStep, Mark, SplineStep, Switch, TcpStep
 from robot_agent.model.description import Mounted
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
-from robot_agent.trajectory import Motion, PlanError, plan, spliced
+from robot_agent.trajectory import Motion, PlanError, plan, spliced, tau_before
 from robot_agent.workspace import (
     Braking,
     Breach,
@@ -127,7 +127,10 @@ class Planner:
             return self._free(self._extended(request, sequence), len(sequence), request.splice_s - request.cut_s)
         motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
         planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
-        planned = replace(planned, switches=_switches(request), spaces_off=request.steps[0].spaces_off)
+        switches = _switches(request)
+        planned = replace(
+            planned, switches=switches, places=_places(motion, switches), spaces_off=request.steps[0].spaces_off
+        )
         return self._free(planned, len(sequence))
 
     def _extended(self, request: ExtendRequest, sequence: Sequence) -> Extended:
@@ -137,10 +140,11 @@ class Planner:
         blocks = len(motion.ends)
         lines = (request.lines + _lines(sequence))[-blocks:]
         whole = self._with_body(request.id, lines, motion, request.zones)
+        switches = (request.switches + _switches(request))[-blocks:]
         return Extended(
             whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
-            switches=(request.switches + _switches(request))[-blocks:], spaces_off=request.steps[0].spaces_off,
+            switches=switches, places=_places(motion, switches), spaces_off=request.steps[0].spaces_off,
             mounted=whole.mounted, shut=whole.shut, sections=self._extended_sections(request, whole),
         )  # fmt: skip
 
@@ -259,6 +263,23 @@ def _lines(sequence: Sequence) -> tuple[int, ...]:
 
 def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Mark, ...], ...]:
     return tuple(step.switches for step in request.steps)
+
+
+def _places(motion: Motion, switches: tuple[tuple[Mark, ...], ...]) -> tuple[tuple[float, Mark], ...]:
+    """Where on a motion its marks are; none lies in front of the one before it, nor of its own move."""
+    places: list[tuple[float, Mark]] = []
+    for block, marks in enumerate(switches):
+        begin, end = 0.0 if block == 0 else float(motion.ends[block - 1]), float(motion.ends[block])
+        for mark in marks:
+            before = mark.before if isinstance(mark, Switch) else None
+            if before is None:
+                tau = end
+            elif before.way_m > 0.0:
+                tau = tau_before(motion, block, before.way_m)
+            else:
+                tau = max(end - before.time_s, begin)
+            places.append((max([tau, *(at for at, _ in places[-1:])]), mark))
+    return tuple(places)
 
 
 def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:

@@ -33,13 +33,8 @@ class FlagCounts:
 
     def follow(self, path: Planned, tau: float) -> None:
         """The robot is at path time `tau` [s] of this motion, and has passed all of those before it."""
-        places = [
-            (end, mark)
-            for end, marks in zip(path.motion.ends.tolist(), path.switches, strict=False)
-            for mark in marks
-            if isinstance(mark, FlagMark)
-        ]
+        places = [(place, mark) for place, mark in path.places if isinstance(mark, FlagMark)]
         here = tuple(mark for _, mark in places)
         self.count(mark for mark in self._ahead if mark not in here)
-        self.count(mark for end, mark in places if end <= tau + _AT_S)
+        self.count(mark for place, mark in places if place <= tau + _AT_S)
         self._ahead = here
