@@ -252,6 +252,10 @@ class CellFile(BaseModel):
     meetings: Annotated[dict[Name, Meeting], Field(max_length=16)] = Field(
         default={}, description="up to 16 meetings, where robots wait for each other (MEET): their robots, by name"
     )
+    variables: Annotated[dict[Name, Name], Field(max_length=100)] = Field(
+        default={},
+        description="up to 100 variables that all programs may ask for in IF: by name, the robot whose LET sets it",
+    )
     things: dict[Name, ThingEntry] = Field(default={}, description="what robots keep away from, by name")
     separation: Annotated[
         SeparationEntry | None, BeforeValidator(_off_is_none, json_schema_input_type=SeparationEntry | Literal["off"])
@@ -316,6 +320,7 @@ class CellFile(BaseModel):
             frames=frames.settings(self._fixed()),
             separation=separation,
             meetings=dict(self.meetings),
+            variables=dict(self.variables),
         )
 
     def kept_apart(self) -> SeparationSettings | None:

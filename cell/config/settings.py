@@ -350,6 +350,8 @@ class CellSettings:
     """None: zones alone keep robots apart."""
     meetings: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """By name, the robots that meet."""
+    variables: dict[str, str] = field(default_factory=dict)
+    """Of the cell: by name, the robot whose programs set it."""
 
     def meetings_of(self, robot: str) -> frozenset[str]:
         """The meetings that MEET in a robot's program may name."""

@@ -194,9 +194,7 @@ class CellSession:
                 store(str(sample.key_expr), sample.payload.to_bytes())
 
         self._subscribers.append(
-            self._open.declare_subscriber(
-                key, Callback(heard, indirect=False), allowed_origin=zenoh.Locality.REMOTE
-            )
+            self._open.declare_subscriber(key, Callback(heard, indirect=False), allowed_origin=zenoh.Locality.REMOTE)
         )
 
     # Calls

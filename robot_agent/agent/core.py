@@ -25,6 +25,7 @@ from cell.messages import (
     Mode,
     PlayoutState,
     ProgramState,
+    RobotVariables,
     Sections,
     SetpointBlock,
     Severity,
@@ -48,6 +49,7 @@ from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.passed import Passed
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
+from robot_agent.agent.program.cell_variables import CellVariables
 from robot_agent.agent.program.forced_inputs import ForcedInputs
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.meetings import Meetings
@@ -104,10 +106,11 @@ class AgentCore:
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
         self.space = SharedSpace(robot, boot, kept_apart=cell.separation is not None)
         self._frames = HeardFrames(cell.robots[robot].things, program.frames)
-        self.run = ProgramRun(program)
+        self.clock = CellClock(robot, self.zones.sent, cell.times.clock_error_s)
+        self.variables = CellVariables(robot, boot, cell.variables, self.clock)
+        self.run = ProgramRun(program, self.variables)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
-        self.clock = CellClock(robot, self.zones.sent, cell.times.clock_error_s)
         self.jogging = Jogging(robot, self.zones, self.space)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones, self.space)
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
@@ -116,7 +119,7 @@ class AgentCore:
         self.teaching = Teaching(robot, cell, program, self._frames)
         self.forced = ForcedInputs(robot, inputs, self.report.event)
         self.keys = PlainKeys()
-        self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced, self.keys)
+        self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced, self.keys, self.variables)
         doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted
         self.loading = Loading(robot, cell, self.report.event)
         decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits)
@@ -169,6 +172,8 @@ class AgentCore:
                 self._hear_estop(message)
             case Correction() | ConveyorCount():
                 self.corrections.heard(message, now)
+            case RobotVariables():
+                self.variables.heard(message)
             case PlainText():
                 self.keys.heard(message)
             case JogHeld():
@@ -221,6 +226,7 @@ class AgentCore:
             self.corrections.place(planner.pose_world_base)
         feedback = feedback_in_joints(planner.model.coupling, feedback)
         self.waits.look(feedback, planner.cycle_s, now)
+        self.variables.look(now)
         self._follow_drives(feedback, planner, now)
         self.mode, answers = self.operator.answer(self.mode, self._situation(feedback, planner), now)
         effects += answers
@@ -236,6 +242,8 @@ class AgentCore:
         effects += self._move(feedback, planner, now)
         effects += self._plan_ahead(feedback, now)
         effects.append(self._state(feedback, planner.mounting(self.mounted.present), now))
+        if variables := self.variables.news(self._owner):
+            effects.append(Publish(variables))
         return effects + self.report.take_events()
 
     def _may_leave(self, feedback: DriveFeedback | None, now: float) -> bool:

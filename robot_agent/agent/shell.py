@@ -65,6 +65,7 @@ def run_agent(
     with contextlib.ExitStack() as stack:
         stack.callback(note.close)
         session = stack.enter_context(CellSession(cell.name, link, "robot", robot, boot, options))
+        session.tell_last(f"robot/{robot}/variables")
         shell = AgentShell(core, session, cell, robot, say, stop)
         shell.note_doubt = note.keep
         shell.start_worker = lambda *told: stack.enter_context(PlanWorker(planner_for(*told)))
@@ -110,7 +111,7 @@ class AgentShell:
         mine = f"robot/{robot}"
         self._states = session.watch(
             "manager/state", "zone/*", "frame/*", "conveyor/*", f"{mine}/drives", f"{mine}/clearance", f"{mine}/jog",
-            f"{mine}/correction/*", f"gateway/{self._gateway}/state",
+            f"{mine}/correction/*", f"gateway/{self._gateway}/state", "robot/*/variables",
         )  # fmt: skip
         self._estops = session.queue("estop")
         self._plain = PlainSlots(now)

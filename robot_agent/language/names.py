@@ -46,6 +46,9 @@ class Names:
     """Of `P` and `Q`."""
     signals: Mapping[str, Signal] = field(default_factory=dict)
     """Other names for inputs and outputs."""
+    robot: str = ""
+    variables: Mapping[str, str] = field(default_factory=dict)
+    """Of the cell: by name, the robot whose programs set it."""
 
     @classmethod
     def of(
@@ -64,7 +67,14 @@ class Names:
             frames=cell.frames,
             points=Points() if taught is None else Points(taught.points),
             signals={} if taught is None else taught.signals,
+            robot=robot,
+            variables=cell.variables,
         )
+
+    def sets(self, variable: str) -> bool | None:
+        """Whether programs of this robot set a variable of the cell, or another one's; None: it is none of the cell."""
+        owner = self.variables.get(variable)
+        return None if owner is None else owner == self.robot
 
     def input(self, name: str) -> str:
         """The input that a name stands for."""

@@ -55,7 +55,7 @@ class Track(Statement):
 @statement("SET", "RESET")
 @dataclass(frozen=True, slots=True)
 class SetOutput(Statement):
-    """`SET DO name`, `RESET DO name`: where the move before it ends, or before that, this digital output is switched."""
+    """`SET DO name`, `RESET DO name`: where the move before it ends, or earlier, this digital output is switched."""
 
     output: str
     on: bool

@@ -52,6 +52,7 @@ from cell.messages import (
     Reply,
     ResetDrives,
     RobotState,
+    RobotVariables,
     SetpointBlock,
     SetupStatus,
     Token,
@@ -115,6 +116,7 @@ class AgentWorld:
         points: Points | None = None,
         points_file: Path = Path("no_such_folder") / "points.yaml",
         signals: dict[str, Signal] | None = None,
+        variables: dict[str, str] | None = None,
         mounted_at_start: MountedAtStart = MountedAtStart.ASK,
         mount_in_doubt: bool = False,
     ) -> None:
@@ -129,7 +131,8 @@ class AgentWorld:
         self.planner = Planner(self._placed, CYCLE_S)
         self.brakes: tuple[float, ...] = ()
         """The quick stop that the next claim tells."""
-        parsed = parse_program(program, "left.prog", Names(names, points=points, signals=signals or {}))
+        known = Names(names, points=points, signals=signals or {}, robot="left", variables=variables or {})
+        parsed = parse_program(program, "left.prog", known)
         cell = settings(on_manager_return, times or Times(), corrections or {}, spaces, things)
         folder = points_file.parent
         left = replace(cell.robots["left"], points=points_file, program=folder / "left.prog")
@@ -137,7 +140,12 @@ class AgentWorld:
         table = FrameSettings("table", None, PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
         self.agent = AgentCore(
             replace(
-                cell, file=folder / "cell.yaml", separation=separation, robots={"left": left}, frames={"table": table}
+                cell,
+                file=folder / "cell.yaml",
+                separation=separation,
+                robots={"left": left},
+                frames={"table": table},
+                variables=variables or {},
             ),
             "left",
             self._planner_for,
@@ -150,6 +158,7 @@ class AgentWorld:
         self.clears: int | None = None
         """So many sections the manager clears of each presence that asks; None: all."""
         self._clearances = 0
+        self.variables: list[RobotVariables] = []
         self.heard_keys: tuple[str, ...] = ()
         """Of the application, to which the agent listens."""
         self.events: list[Event] = []
@@ -400,6 +409,8 @@ class AgentWorld:
             case Publish(Presence() as presence):
                 self.presences.append(presence)
                 self._clear(presence)
+            case Publish(RobotVariables() as told):
+                self.variables.append(told)
             case Publish(RobotState() as state):
                 self.states.append(state)
             case Ask(ask_id, _, Call(id=id, command=command)):

@@ -23,7 +23,7 @@ from robot_agent.language import (
     MotionStep,
     Program,
     ProgramFault,
-    Signal,
+    Question,
     SplineStep,
     Step,
     Still,
@@ -95,8 +95,8 @@ class Lookahead:
         """More is planned than is needed to go on: others have to know where the robot will be."""
         self._took_s: deque[float] = deque(maxlen=_MEASURED)
         """From asking for a plan to having it."""
-        self.known: Callable[[Signal], bool | None] = lambda _: None
-        """Whether an input or output is on now; None where nobody knows."""
+        self.known: Callable[[Question], bool | None] = lambda _: None
+        """Whether an input or output is on now, or a comparison holds; None where nobody knows."""
 
     def start(
         self,

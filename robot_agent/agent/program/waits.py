@@ -9,12 +9,13 @@ import math
 from dataclasses import replace
 
 from cell.messages import DriveFeedback, ProgramStatus
+from robot_agent.agent.program.cell_variables import CellVariables
 from robot_agent.agent.program.forced_inputs import ForcedInputs
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.plain_keys import PlainKeys
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.zones.gateway_signals import FRESH_S, GatewaySignals
-from robot_agent.language import AwaitAnswer, AwaitInput, Decide, Signal
+from robot_agent.language import AwaitAnswer, AwaitInput, Decide, Question, Relation
 
 
 class Waits:
@@ -28,13 +29,14 @@ class Waits:
         signals: GatewaySignals,
         forced: ForcedInputs,
         keys: PlainKeys,
+        variables: CellVariables,
     ) -> None:
         self._robot = robot
         self._run = run
         self._pace = pace
         self._signals = signals
         self.forced = forced
-        self._keys = keys
+        self._keys, self._variables = keys, variables
         self._step: AwaitInput | AwaitAnswer | Decide | None = None
         """The newest to which the program came."""
         self._waited = 0
@@ -118,19 +120,21 @@ class Waits:
         waits = isinstance(step, AwaitAnswer) and step is self._run.lookahead.head and not self._answered
         return step.flag if waits and isinstance(step, AwaitAnswer) else None
 
-    def _known_ahead(self, signal: Signal) -> bool | None:
+    def _known_ahead(self, question: Question) -> bool | None:
         """As it is now, for an IF that is decided ahead of the motion."""
-        return self._known(signal, math.inf)
+        return self._known(question, math.inf)
 
-    def _known_here(self, signal: Signal) -> bool | None:
-        """By what was measured since the program came here."""
-        return self._known(signal, self._here_s)
+    def _known_here(self, question: Question) -> bool | None:
+        """By what was measured, or told, since the program came here."""
+        return self._known(question, self._here_s)
 
     @property
     def _here_s(self) -> float:
         return self._now - self._since
 
-    def _known(self, signal: Signal, oldest_s: float) -> bool | None:
+    def _known(self, signal: Question, oldest_s: float) -> bool | None:
+        if isinstance(signal, Relation):
+            return self._variables.holds(signal, self._now, oldest_s)
         if signal.kind == "DI" and signal.name in self.forced.on:
             return self.forced.on[signal.name]
         if signal.kind == "DI":
@@ -140,7 +144,9 @@ class Waits:
         names = self._run.outputs.names
         return bool(self._outputs >> names.index(signal.name) & 1) if signal.name in names else None
 
-    def _why_unknown(self, signal: Signal) -> str:
+    def _why_unknown(self, signal: Question) -> str:
+        if isinstance(signal, Relation):
+            return self._variables.why_unknown(signal, self._now, self._here_s)
         if signal.kind == "DI":
             return self._signals.why_unknown(signal.name, self._now, min(self._here_s, FRESH_S))
         if signal.kind == "KEY":

@@ -7,7 +7,7 @@ from cell.core import Frozen
 from cell.messages import Enable, Mode, Run
 from cell.net.plain import PlainSlots, PlainText
 from robot_agent.language import Names, ProgramError, parse_program
-from tests.unit.agent_runs import at_rest, ended, until
+from tests.unit.agent_runs import at_rest, ended
 from tests.unit.agent_world import AgentWorld
 
 PALLET = {"pallet": Signal(SignalKind.KEY, "plant/pallet", 0.5)}
