@@ -177,7 +177,8 @@ class ManagerCore:
         self._follow_changes(before, sights, now)
         self._follow_setup(now)
         self._follow_assurances(now)
-        self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now))
+        for deadlock in self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now)):
+            self._tell(Severity.WARNING, "meeting_deadlock", deadlock.text, deadlock.remedy)
         for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
@@ -473,7 +474,11 @@ class ManagerCore:
             setup=self._setup.status,
             setup_refused=dict(self._setup.refused),
             heard_gateways=self._setup.heard(),
-            deadlocks=(*self._deadlocks.present, *(self._separation.standoffs if self._separation is not None else ())),
+            deadlocks=(
+                *self._deadlocks.present,
+                *self._meetings.deadlocks,
+                *(self._separation.standoffs if self._separation is not None else ()),
+            ),
             frames=dict(self._frames.versions),
             meetings=self._meetings.present,
             zone_change=self._changes.announced,
