@@ -142,7 +142,7 @@ class RobotEntry(BaseModel):
         description="the file of its taught points, relative to this one; default NAME.points.yaml beside its program, "
         "which comes to be with the first point that is taught",
     )
-    mounted_at_start: MountedAtStart = Field(
+    mounted_at_start: Annotated[MountedAtStart, Field(strict=False)] = Field(
         MountedAtStart.ASK,
         description="of a program with T, ATTACH or DETACH: `as_described`, somebody sees to it that the robot has the "
         "tool of its robot file, and no part, whenever its agent starts; `ask`, an operator says it after each start",

@@ -20,10 +20,10 @@ from robot_agent.agent.step.doing import Standing
 from robot_agent.agent.step.report import Reporter
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 
-
 _START_AGAIN = (
-    "; order it again, and where it is missed again begin the programs one after the other, this one by `cell run {0}`: "
-    "a first move that waits for a zone, or for room that another robot has, does not begin at a common moment"
+    "; order it again, and where it is missed again begin the programs one after the other, this one by "
+    "`cell run {0}`: a first move that waits for a zone, or for room that another robot has, does not begin at a "
+    "common moment"
 )
 
 

@@ -479,12 +479,12 @@ def test_robots_that_wait_at_each_others_meetings_are_named_with_the_way_out(net
     net.settle(1.5)
     for name in "ab":
         assert (
-            "that lasts for ever, a waits at meeting load for b; b waits at meeting other for a: their programs come to "
-            "these MEETs in different order: `cell halt b`, then `cell run b --from LINE` with the line behind its "
+            "that lasts for ever, a waits at meeting load for b; b waits at meeting other for a: their programs come "
+            "to these MEETs in different order: `cell halt b`, then `cell run b --from LINE` with the line behind its "
             "MEET other, or `cell run b`" in net.reason(name)
         )
     assert net.state is not None
-    assert [deadlock.robots for deadlock in net.state.deadlocks][0] == ("a", "b")
+    assert next(deadlock.robots for deadlock in net.state.deadlocks) == ("a", "b")
     for name in "bc":
         net.agents[name].program.waits = None
         net.come(name)
