@@ -16,6 +16,7 @@ from cell.manager.records import AssuranceEnded, JournalFailed, JournalWritten, 
 from cell.manager.separation.assurances import Sighting
 from cell.manager.separation.separation import Separation, SpaceNews
 from cell.manager.setup_turns import SetupTurns
+from cell.manager.variables import Variables
 from cell.manager.zone_changes import Over, WriteZone, ZoneChanges, ZoneNotWritten, ZonesWritten
 from cell.manager.zone_turns import ZoneTurns
 from cell.manager.zones import Intrusion, Sight, Zone
@@ -37,6 +38,7 @@ from cell.messages import (
     Reply,
     ResetEstop,
     RobotStands,
+    RobotVariables,
     SetEstop,
     SetZone,
     Severity,
@@ -75,6 +77,7 @@ class ManagerCore:
         self._setup = SetupTurns(settings.robots, boot, settings.times)
         self._deadlocks = DeadlockWatch()
         self._meetings = Meetings(settings.meetings)
+        self._variables = Variables(settings.variables)
         self._frames = Frames(settings, epoch)
         kept_apart = settings.separation is not None
         self._separation = Separation(settings, boot, epoch, stored.assured) if kept_apart else None
@@ -106,6 +109,8 @@ class ManagerCore:
             case GatewayState():
                 self._setup.heard_gateway(message)
                 self._confirmed(message.estop, f"gateway {message.gateway}", now)
+            case RobotVariables():
+                self._variables.heard(message)
             case TokenGone():
                 self._presences.token_gone(message)
             case Estop():
@@ -183,6 +188,8 @@ class ManagerCore:
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)
+        if variables := self._variables.news():
+            self._effects.append(Publish(variables))
         if self._separation is not None:
             clearances, told = self._separation.clear(self._cell_time(now))
             self._effects += map(Publish, clearances)

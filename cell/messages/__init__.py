@@ -94,7 +94,7 @@ from cell.messages.robot_state import (
 from cell.messages.sections import Clearance, PlannedWay, Refusal, Sections, Way
 from cell.messages.setpoints import OutputEvent, SetpointBlock
 from cell.messages.state import STATES, Urgency
-from cell.messages.variables import RobotVariables, VariableValue
+from cell.messages.variables import CellVariables, RobotVariables, VariableValue
 from cell.messages.zone import ZoneGeometry
 
 __all__ = [
@@ -111,6 +111,7 @@ __all__ = [
     "BusCounters",
     "Call",
     "CellTime",
+    "CellVariables",
     "Claim",
     "ClaimGrant",
     "ClearSetup",

@@ -32,3 +32,11 @@ class RobotVariables:
     """When they were as told; None while no manager is heard."""
     values: Annotated[dict[Name, VariableValue], Few] = field(default_factory=dict)
     """Those that were set since the agent was started."""
+
+
+@state("manager/variables")
+@dataclass(frozen=True, slots=True)
+class CellVariables:
+    """The newest of all robots, as the manager passes it on: agents do not hear each other. It answers queries too."""
+
+    robots: Annotated[dict[Name, RobotVariables], Few] = field(default_factory=dict)

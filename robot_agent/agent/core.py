@@ -12,6 +12,7 @@ from cell.core import Arrived, AskDone, Effect, Ended, Frozen, Publish, Request,
 from cell.messages import (
     AxisStatus,
     Body,
+    CellVariables,
     Clearance,
     ConveyorCount,
     Correction,
@@ -25,7 +26,6 @@ from cell.messages import (
     Mode,
     PlayoutState,
     ProgramState,
-    RobotVariables,
     Sections,
     SetpointBlock,
     Severity,
@@ -49,7 +49,6 @@ from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.passed import Passed
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned
-from robot_agent.agent.program.cell_variables import CellVariables
 from robot_agent.agent.program.forced_inputs import ForcedInputs
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.meetings import Meetings
@@ -57,6 +56,7 @@ from robot_agent.agent.program.mounted_now import MountedNow
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.plain_keys import PlainKeys
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.program.shared_variables import SharedVariables
 from robot_agent.agent.program.waits import Waits
 from robot_agent.agent.space.shared_space import SharedSpace, Use
 from robot_agent.agent.step.doing import doing
@@ -107,7 +107,7 @@ class AgentCore:
         self.space = SharedSpace(robot, boot, kept_apart=cell.separation is not None)
         self._frames = HeardFrames(cell.robots[robot].things, program.frames)
         self.clock = CellClock(robot, self.zones.sent, cell.times.clock_error_s)
-        self.variables = CellVariables(robot, boot, cell.variables, self.clock)
+        self.variables = SharedVariables(robot, boot, cell.variables, self.clock)
         self.run = ProgramRun(program, self.variables)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
@@ -172,7 +172,7 @@ class AgentCore:
                 self._hear_estop(message)
             case Correction() | ConveyorCount():
                 self.corrections.heard(message, now)
-            case RobotVariables():
+            case CellVariables():
                 self.variables.heard(message)
             case PlainText():
                 self.keys.heard(message)

@@ -111,7 +111,7 @@ class AgentShell:
         mine = f"robot/{robot}"
         self._states = session.watch(
             "manager/state", "zone/*", "frame/*", "conveyor/*", f"{mine}/drives", f"{mine}/clearance", f"{mine}/jog",
-            f"{mine}/correction/*", f"gateway/{self._gateway}/state", "robot/*/variables",
+            f"{mine}/correction/*", f"gateway/{self._gateway}/state", "manager/variables",
         )  # fmt: skip
         self._estops = session.queue("estop")
         self._plain = PlainSlots(now)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from robot_agent.agent.planning.plans import Planned
-from robot_agent.agent.program.cell_variables import CellVariables
+from robot_agent.agent.program.shared_variables import SharedVariables
 from robot_agent.language import FlagMark, LetMark, Mark
 
 _AT_S = 1e-5
@@ -13,7 +13,7 @@ _AT_S = 1e-5
 class FlagCounts:
     """Of one run of a program. A mark counts once, however often the robot passes its place."""
 
-    def __init__(self, program: str, variables: CellVariables) -> None:
+    def __init__(self, program: str, variables: SharedVariables) -> None:
         self.program = program
         """Its name."""
         self._variables = variables

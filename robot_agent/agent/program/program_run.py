@@ -15,8 +15,8 @@ from robot_agent.agent.blocks.timeline import Timeline
 from robot_agent.agent.planning.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, PlanFailed, Planned
-from robot_agent.agent.program.cell_variables import CellVariables
 from robot_agent.agent.program.flag_counts import FlagCounts
+from robot_agent.agent.program.shared_variables import SharedVariables
 from robot_agent.language import (
     AwaitAnswer,
     AwaitInput,
@@ -43,7 +43,7 @@ from robot_agent.model.description import Mounted
 class ProgramRun:
     """Follows the program along the blocks that the gateway has accepted."""
 
-    def __init__(self, program: Program, cell_variables: CellVariables) -> None:
+    def __init__(self, program: Program, cell_variables: SharedVariables) -> None:
         self._program = program
         self.keys = program.keys
         """The Zenoh keys that it asks for."""

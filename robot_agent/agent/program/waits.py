@@ -9,11 +9,11 @@ import math
 from dataclasses import replace
 
 from cell.messages import DriveFeedback, ProgramStatus
-from robot_agent.agent.program.cell_variables import CellVariables
 from robot_agent.agent.program.forced_inputs import ForcedInputs
 from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.plain_keys import PlainKeys
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.program.shared_variables import SharedVariables
 from robot_agent.agent.zones.gateway_signals import FRESH_S, GatewaySignals
 from robot_agent.language import AwaitAnswer, AwaitInput, Decide, Question, Relation
 
@@ -29,7 +29,7 @@ class Waits:
         signals: GatewaySignals,
         forced: ForcedInputs,
         keys: PlainKeys,
-        variables: CellVariables,
+        variables: SharedVariables,
     ) -> None:
         self._robot = robot
         self._run = run

@@ -3,7 +3,19 @@
 import numpy as np
 import pytest
 
-from cell.messages import CellTime, Continue, Enable, Halt, Mode, RobotVariables, Run, SetOverride, VariableValue
+from cell.manager.variables import Variables
+from cell.messages import (
+    CellTime,
+    CellVariables,
+    Continue,
+    Enable,
+    Halt,
+    Mode,
+    RobotVariables,
+    Run,
+    SetOverride,
+    VariableValue,
+)
 from robot_agent.language import Names, ProgramError, parse_program
 from tests.unit.agent_runs import at_rest, ended
 from tests.unit.agent_world import AgentWorld
@@ -11,6 +23,10 @@ from tests.unit.agent_world import AgentWorld
 OWNERS = {"boxes": "left", "taken": "right"}
 COUNTS = "LET boxes = 1\nMJ J1=10 F=20\nLET boxes = boxes + 1\nMJ J1=20 F=20\nLET boxes = boxes * 10\nEND"
 ASKS = "MJ J1=5\nIF taken >= 3\nMJ J1=20\nENDIF\nMJ J2=-5\nEND"
+
+
+def passed_on(told: RobotVariables) -> CellVariables:
+    return CellVariables({told.robot: told})
 
 
 class Pair:
@@ -34,7 +50,7 @@ class Pair:
             at = CellTime("m", self.world.now - self.delay_s)
             value = VariableValue(self.taken or 0.0, "right.prog", 3, at)
             values = {} if self.taken is None else {"taken": value}
-            self.world.agent.receive(RobotVariables("right", "r", 1, self.told, at, values), self.world.now)
+            self.world.agent.receive(passed_on(RobotVariables("right", "r", 1, self.told, at, values)), self.world.now)
         self.world.step()
 
     def until(self, done, seconds: float = 20.0) -> None:  # type: ignore[no-untyped-def]
@@ -131,10 +147,21 @@ def test_what_is_not_young_or_not_set_decides_nothing(trouble: str, why: str) ->
 
 def test_a_run_before_counts_no_more() -> None:
     pair = Pair(ASKS, 9.0)
-    pair.world.agent.receive(
-        RobotVariables("right", "old", 0, 10**6, CellTime("m", pair.world.now), {}), pair.world.now
-    )
+    before = RobotVariables("right", "old", 0, 10**6, CellTime("m", pair.world.now), {})
+    pair.world.agent.receive(passed_on(before), pair.world.now)
     pair.until(ended(pair.world))
+
+
+def test_the_manager_passes_on_the_newest_of_each_robot_that_sets_one() -> None:
+    manager = Variables(OWNERS)
+    for told in (RobotVariables("right", "r", 2, n, None, {}) for n in (7, 5)):
+        manager.heard(told)
+    manager.heard(RobotVariables("right", "old", 1, 99, None, {}))
+    manager.heard(RobotVariables("nobody", "x", 1, 1, None, {}))
+    news = manager.news()
+    assert news is not None
+    assert {robot: told.sequence for robot, told in news.robots.items()} == {"right": 7}
+    assert manager.news() is None
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ after the start of its agent it is not set.
 
 from math import inf
 
-from cell.messages import RobotVariables, VariableValue
+from cell.messages import CellVariables, RobotVariables, VariableValue
 from cell.net.freshness import NewestOf
 from robot_agent.agent.cell_clock import CellClock
 from robot_agent.language import Relation
@@ -16,7 +16,7 @@ FRESH_S = 0.6
 _PERIOD_S = 0.1
 
 
-class CellVariables:
+class SharedVariables:
     """Those that this robot sets, and the newest of the others'."""
 
     def __init__(self, robot: str, boot: str, owners: dict[str, str], clock: CellClock) -> None:
@@ -43,10 +43,11 @@ class CellVariables:
         self._mine[name] = VariableValue(value, program, line, self._clock.moment(self._now))
         self._due = 0.0
 
-    def heard(self, told: RobotVariables) -> None:
-        """Take what another robot tells, unless something newer is known."""
-        if self._newest.setdefault(told.robot, NewestOf()).accept(told.boot, told.era, told.sequence):
-            self._others[told.robot] = told
+    def heard(self, news: CellVariables) -> None:
+        """Take what the manager passes on of other robots, unless something newer is known."""
+        for told in news.robots.values():
+            if self._newest.setdefault(told.robot, NewestOf()).accept(told.boot, told.era, told.sequence):
+                self._others[told.robot] = told
 
     def news(self, era: int) -> RobotVariables | None:
         """What is to be told now; `era` is the number of the robot's claim."""
