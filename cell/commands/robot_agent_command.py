@@ -63,8 +63,9 @@ def robot_agent(
         raise CommandError(str(error), f"correct it, then: cell check {quoted(file)}") from error
     options = zenoh_options(mode, connect, listen, config, cfg)
 
-    def body(_folder: Path, stop: threading.Event) -> int:
-        return run_agent(settings, robot, placed, program, options, stop, logging.getLogger("robot_agent").warning)
+    def body(folder: Path, stop: threading.Event) -> int:
+        say = logging.getLogger("robot_agent").warning
+        return run_agent(settings, robot, placed, program, options, folder, stop, say)
 
     run_process(f"robot-{robot}", settings, state_dir, parent_pipe, body)
 

@@ -54,6 +54,9 @@ def _names(document: Document, cell: CellFile) -> Iterator[Problem]:
         if robot.gateway not in gateways:
             allowed = f"one of {', '.join(gateways)}"
             yield document.problem(("robots", name, "gateway"), f"unknown gateway {robot.gateway!r}", allowed)
+    for variable, owner in cell.variables.items():
+        if owner not in robots:
+            yield document.problem(("variables", variable), f"unknown robot {owner!r}", f"one of {', '.join(robots)}")
     for meeting, members in cell.meetings.items():
         for index, name in enumerate(members):
             path: KeyPath = ("meetings", meeting, index)

@@ -16,6 +16,7 @@ from cell.config.settings import (
     ConveyorSettings,
     CorrectionSettings,
     GatewayEndpoint,
+    MountedAtStart,
     OnManagerReturn,
     PairMargin,
     PathWindow,
@@ -141,6 +142,11 @@ class RobotEntry(BaseModel):
         description="the file of its taught points, relative to this one; default NAME.points.yaml beside its program, "
         "which comes to be with the first point that is taught",
     )
+    mounted_at_start: Annotated[MountedAtStart, Field(strict=False)] = Field(
+        MountedAtStart.ASK,
+        description="of a program with T, ATTACH or DETACH: `as_described`, somebody sees to it that the robot has the "
+        "tool of its robot file, and no part, whenever its agent starts; `ask`, an operator says it after each start",
+    )
     corrections: dict[Name, CorrectionEntry] = Field(default={}, description="what TRACK in its program may follow")
     path_window: PathWindowEntry = Field(
         PathWindowEntry.model_construct(), description="farther from its path a stopped robot does not continue"
@@ -246,6 +252,10 @@ class CellFile(BaseModel):
     meetings: Annotated[dict[Name, Meeting], Field(max_length=16)] = Field(
         default={}, description="up to 16 meetings, where robots wait for each other (MEET): their robots, by name"
     )
+    variables: Annotated[dict[Name, Name], Field(max_length=100)] = Field(
+        default={},
+        description="up to 100 variables that all programs may ask for in IF: by name, the robot whose LET sets it",
+    )
     things: dict[Name, ThingEntry] = Field(default={}, description="what robots keep away from, by name")
     separation: Annotated[
         SeparationEntry | None, BeforeValidator(_off_is_none, json_schema_input_type=SeparationEntry | Literal["off"])
@@ -294,6 +304,7 @@ class CellFile(BaseModel):
                     {joint: joint_range(pair, si) for joint, pair in robot.joints.items()},
                     separation is not None,
                     document.beside(robot.points or str(Path(robot.program).parent / f"{name}.points.yaml")),
+                    robot.mounted_at_start,
                 )
                 for name, robot in self.robots.items()
             },
@@ -309,6 +320,7 @@ class CellFile(BaseModel):
             frames=frames.settings(self._fixed()),
             separation=separation,
             meetings=dict(self.meetings),
+            variables=dict(self.variables),
         )
 
     def kept_apart(self) -> SeparationSettings | None:

@@ -4,12 +4,16 @@ import difflib
 from collections.abc import Collection
 from dataclasses import dataclass
 from enum import Enum
+from itertools import islice
 from pathlib import Path
 
 Key = str | int
 KeyPath = tuple[Key, ...]
 
 _NEAREST = 3
+_MOST_NAMED = 12
+_MOST_COMPARED = 1000
+"""To compare takes time for each name; a file may have a hundred thousand labels."""
 
 
 class Severity(Enum):
@@ -70,6 +74,8 @@ def near(name: str, known: Collection[str], none: str) -> str:
     """What is allowed instead of an unknown name, for people: the nearest names first where there are some."""
     if not known:
         return none
+    if len(known) > _MOST_COMPARED:
+        return f"one of {', '.join(islice(known, _MOST_NAMED))}, {len(known) - _MOST_NAMED} more"
     folded = {each.casefold(): each for each in known}
     found = [folded[each] for each in difflib.get_close_matches(name.casefold(), folded, _NEAREST)]
     others = [each for each in sorted(known) if each not in found]
@@ -79,4 +85,4 @@ def near(name: str, known: Collection[str], none: str) -> str:
 
 
 def _few(names: list[str]) -> str:
-    return ", ".join(names if len(names) <= 12 else [*names[:12], f"{len(names) - 12} more"])
+    return ", ".join(names if len(names) <= _MOST_NAMED else [*names[:_MOST_NAMED], f"{len(names) - _MOST_NAMED} more"])

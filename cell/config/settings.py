@@ -22,6 +22,14 @@ class OnManagerReturn(Enum):
     OPERATOR = "operator"
 
 
+class MountedAtStart(Enum):
+    """What is known of tool and part when the agent of a robot starts whose program changes them."""
+
+    ASK = "ask"
+    AS_DESCRIBED = "as_described"
+    """The tool of its robot file and no part: somebody sees to that before each start."""
+
+
 @dataclass(frozen=True, slots=True)
 class PoseSettings:
     """A pose, in world where nothing else is said: position [m] and orientation as quaternion (x, y, z, w)."""
@@ -233,6 +241,7 @@ class RobotSettings:
     """The cell keeps its robots apart wherever they are."""
     points: Path = Path("points.yaml")
     """What it was taught; the file need not be there."""
+    mounted_at_start: MountedAtStart = MountedAtStart.ASK
 
     @property
     def program_spaces(self) -> frozenset[str]:
@@ -341,6 +350,8 @@ class CellSettings:
     """None: zones alone keep robots apart."""
     meetings: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """By name, the robots that meet."""
+    variables: dict[str, str] = field(default_factory=dict)
+    """Of the cell: by name, the robot whose programs set it."""
 
     def meetings_of(self, robot: str) -> frozenset[str]:
         """The meetings that MEET in a robot's program may name."""

@@ -3,7 +3,7 @@
 Nobody backs by itself: what a program has switched on its way can not be undone by going back. So people are told.
 """
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
@@ -45,3 +45,26 @@ class LastingCircles(Generic[C]):
                 each.deadlock = told(circle)
                 found.append(each.deadlock)
         return found
+
+
+def circles_of(waiting: Mapping[str, Mapping[str, str]]) -> list[tuple[tuple[str, str], ...]]:
+    """As (robot, what it waits for), for each robot the shortest circle of which it is the first by name.
+
+    `waiting`: by robot, what it waits for, and whose that is.
+    """
+    circles = (_circle(start, waiting) for start in sorted(waiting))
+    return [circle for circle in circles if circle]
+
+
+def _circle(start: str, waiting: Mapping[str, Mapping[str, str]]) -> tuple[tuple[str, str], ...]:
+    ways: list[tuple[tuple[str, str], ...]] = [((start, what),) for what in waiting[start]]
+    reached = set[str]()
+    for way in ways:  # grows while it is gone through: the shorter ways come first
+        robot, what = way[-1]
+        other = waiting[robot][what]
+        if other == start:
+            return way
+        if other > start and other in waiting and other not in reached:
+            reached.add(other)
+            ways += [(*way, (other, further)) for further in waiting[other]]
+    return ()

@@ -16,6 +16,7 @@ from cell.manager.records import AssuranceEnded, JournalFailed, JournalWritten, 
 from cell.manager.separation.assurances import Sighting
 from cell.manager.separation.separation import Separation, SpaceNews
 from cell.manager.setup_turns import SetupTurns
+from cell.manager.variables import Variables
 from cell.manager.zone_changes import Over, WriteZone, ZoneChanges, ZoneNotWritten, ZonesWritten
 from cell.manager.zone_turns import ZoneTurns
 from cell.manager.zones import Intrusion, Sight, Zone
@@ -37,6 +38,7 @@ from cell.messages import (
     Reply,
     ResetEstop,
     RobotStands,
+    RobotVariables,
     SetEstop,
     SetZone,
     Severity,
@@ -75,6 +77,7 @@ class ManagerCore:
         self._setup = SetupTurns(settings.robots, boot, settings.times)
         self._deadlocks = DeadlockWatch()
         self._meetings = Meetings(settings.meetings)
+        self._variables = Variables(settings.variables)
         self._frames = Frames(settings, epoch)
         kept_apart = settings.separation is not None
         self._separation = Separation(settings, boot, epoch, stored.assured) if kept_apart else None
@@ -106,6 +109,8 @@ class ManagerCore:
             case GatewayState():
                 self._setup.heard_gateway(message)
                 self._confirmed(message.estop, f"gateway {message.gateway}", now)
+            case RobotVariables():
+                self._variables.heard(message)
             case TokenGone():
                 self._presences.token_gone(message)
             case Estop():
@@ -177,11 +182,14 @@ class ManagerCore:
         self._follow_changes(before, sights, now)
         self._follow_setup(now)
         self._follow_assurances(now)
-        self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now))
+        for deadlock in self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now)):
+            self._tell(Severity.WARNING, "meeting_deadlock", deadlock.text, deadlock.remedy)
         for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)
+        if variables := self._variables.news():
+            self._effects.append(Publish(variables))
         if self._separation is not None:
             clearances, told = self._separation.clear(self._cell_time(now))
             self._effects += map(Publish, clearances)
@@ -473,7 +481,11 @@ class ManagerCore:
             setup=self._setup.status,
             setup_refused=dict(self._setup.refused),
             heard_gateways=self._setup.heard(),
-            deadlocks=(*self._deadlocks.present, *(self._separation.standoffs if self._separation is not None else ())),
+            deadlocks=(
+                *self._deadlocks.present,
+                *self._meetings.deadlocks,
+                *(self._separation.standoffs if self._separation is not None else ()),
+            ),
             frames=dict(self._frames.versions),
             meetings=self._meetings.present,
             zone_change=self._changes.announced,

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from cell.manager.circles import LastingCircles
+from cell.manager.circles import LastingCircles, circles_of
 from cell.manager.zones import Sight, Zone
 from cell.messages import Deadlock, Token, ZoneState
 
@@ -25,7 +25,7 @@ class DeadlockWatch:
         self, zones: Mapping[str, Zone], sights: Mapping[str, Mapping[str, Sight]], cell_time: float, now: float
     ) -> list[Deadlock]:
         """The deadlocks that are new; `sights` by zone and robot."""
-        circles = _circles(_waiting(zones, sights))
+        circles = circles_of(_waiting(zones, sights))
         return self._circles.look(circles, now, lambda steps: _deadlock(steps, zones, cell_time))
 
 
@@ -38,26 +38,6 @@ def _waiting(zones: Mapping[str, Zone], sights: Mapping[str, Mapping[str, Sight]
                 if sights[name][robot].needed_in_s < _NOW_S:
                     waiting.setdefault(robot, {})[name] = zone.holder
     return waiting
-
-
-def _circles(waiting: Mapping[str, Mapping[str, str]]) -> list[tuple[tuple[str, str], ...]]:
-    """As (robot, the zone that it waits for), for each robot the shortest circle of which it is the first by name."""
-    circles = (_circle(start, waiting) for start in sorted(waiting))
-    return [circle for circle in circles if circle]
-
-
-def _circle(start: str, waiting: Mapping[str, Mapping[str, str]]) -> tuple[tuple[str, str], ...]:
-    ways: list[tuple[tuple[str, str], ...]] = [((start, zone),) for zone in waiting[start]]
-    reached = set[str]()
-    for way in ways:  # grows while it is gone through: the shorter ways come first
-        robot, zone = way[-1]
-        holder = waiting[robot][zone]
-        if holder == start:
-            return way
-        if holder > start and holder in waiting and holder not in reached:
-            reached.add(holder)
-            ways += [(*way, (holder, further)) for further in waiting[holder]]
-    return ()
 
 
 def _deadlock(steps: tuple[tuple[str, str], ...], zones: Mapping[str, Zone], cell_time: float) -> Deadlock:

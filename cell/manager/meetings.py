@@ -11,7 +11,8 @@ Which robots wait is known by what they say. Nothing is stored, and no order of 
 
 from collections.abc import Mapping
 
-from cell.messages import Arrival, MeetingStatus, Mode, Presence
+from cell.manager.circles import LastingCircles, circles_of
+from cell.messages import Arrival, Deadlock, MeetingStatus, Mode, Presence
 
 LEAD_S = 0.3
 """Robots leave so long after all have arrived: in that time five states of the manager may be lost."""
@@ -37,11 +38,29 @@ class Meetings:
     def __init__(self, meetings: Mapping[str, tuple[str, ...]]) -> None:
         """`meetings`: by name, its robots."""
         self._meetings = [_Meeting(name, robots) for name, robots in meetings.items()]
+        self._circles = LastingCircles[tuple[tuple[str, str], ...]]()
 
-    def look(self, fresh: Mapping[str, Presence], refused: Mapping[str, str], cell_time: float) -> None:
-        """Release whoever has met by these presences; `refused` robots, and why, do not count."""
+    def look(self, fresh: Mapping[str, Presence], refused: Mapping[str, str], cell_time: float) -> list[Deadlock]:
+        """Release whoever has met by these presences; `refused` robots, and why, do not count.
+
+        Answers the circles that are new of robots that wait for each other at different meetings.
+        """
         for meeting in self._meetings:
             meeting.look(fresh, refused, cell_time)
+        at = {robot: each.name for each in self._meetings for robot in each.status.there}
+        waiting = {
+            robot: {other: other for other in each.status.missing if other in at}
+            for each in self._meetings
+            for robot in each.status.there
+        }
+        return self._circles.look(
+            circles_of(waiting), cell_time, lambda steps: _deadlock([robot for robot, _ in steps], at, cell_time)
+        )
+
+    @property
+    def deadlocks(self) -> tuple[Deadlock, ...]:
+        """Circles that were told and still last."""
+        return self._circles.present
 
     @property
     def present(self) -> dict[str, MeetingStatus]:
@@ -84,11 +103,25 @@ class _Meeting:
         if said is None:
             return "which is silent"
         at = said.meets.waits
+        if at is None and said.meets.held_up:
+            return f"whose program waits: {said.meets.held_up}"
         if at is None:
             return _DOING[said.mode] if said.mode is not None else "which does not say what it does"
         if at.meeting != self.name:
             return f"which waits at meeting {at.meeting}"
         return f"which is there, but {at.held_up}" if at.held_up else "which has not left yet"
+
+
+def _deadlock(robots: list[str], at: Mapping[str, str], cell_time: float) -> Deadlock:
+    """Robots each of which waits for the next one, at another meeting than that, and the way out."""
+    following = dict(zip(robots, [*robots[1:], robots[0]], strict=True))
+    text = "; ".join(f"{robot} waits at meeting {at[robot]} for {other}" for robot, other in following.items())
+    one = robots[-1]
+    remedy = (
+        f"their programs come to these MEETs in different order: `cell halt {one}`, then `cell run {one} --from LINE` "
+        f"with the line behind its MEET {at[one]}, or `cell run {one}` from the beginning; then correct the programs"
+    )
+    return Deadlock(tuple(robots), (), cell_time, text, remedy)
 
 
 def _meets(released: Mapping[str, Arrival], waiting: Mapping[str, Arrival]) -> bool:

@@ -58,6 +58,7 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
         core = ManagerCore(settings, boot, journal.begin_epoch(boot), stored, os.getpid())
         session.tell_last("frame/*")
         session.tell_last("zone/*")
+        session.tell_last("manager/variables")
         session.declare_alive()
         _LOG.info("cell %s: manager at %s, journal %s", settings.name, ", ".join(session.endpoints), journal.path)
 
@@ -94,7 +95,7 @@ class ManagerShell:
         self._tokens = tokens
         self._writer = writer
         self._edits = EditsOnDisk()
-        self._states = session.watch("robot/*/planned_way", "robot/*/presence", "gateway/*/state")
+        self._states = session.watch("robot/*/planned_way", "robot/*/presence", "gateway/*/state", "robot/*/variables")
         self._estops = session.queue("estop")
         self._calls = session.serve("manager")
 

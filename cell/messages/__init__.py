@@ -94,6 +94,7 @@ from cell.messages.robot_state import (
 from cell.messages.sections import Clearance, PlannedWay, Refusal, Sections, Way
 from cell.messages.setpoints import OutputEvent, SetpointBlock
 from cell.messages.state import STATES, Urgency
+from cell.messages.variables import CellVariables, RobotVariables, VariableValue
 from cell.messages.zone import ZoneGeometry
 
 __all__ = [
@@ -110,6 +111,7 @@ __all__ = [
     "BusCounters",
     "Call",
     "CellTime",
+    "CellVariables",
     "Claim",
     "ClaimGrant",
     "ClearSetup",
@@ -181,6 +183,7 @@ __all__ = [
     "Return",
     "RobotStands",
     "RobotState",
+    "RobotVariables",
     "Run",
     "ScanBus",
     "Sections",
@@ -201,6 +204,7 @@ __all__ = [
     "Token",
     "TokenGone",
     "Urgency",
+    "VariableValue",
     "Way",
     "Who",
     "WriteObject",

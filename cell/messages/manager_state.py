@@ -75,7 +75,7 @@ class Assurance:
 class Deadlock:
     """Robots that wait for each other: each needs now the zone at its place in `zones`, which the next one holds.
 
-    Without zones: each needs now the room in which the next one stands.
+    Without zones: each needs now the room in which the next one stands, or waits for it at a meeting.
     """
 
     robots: Annotated[tuple[Name, ...], Few]

@@ -35,6 +35,8 @@ class Meets:
     left: Annotated[dict[Name, Annotated[dict[Name, Arrival], Few]], Few] = field(default_factory=dict)
     """Meeting that it left: by robot the arrivals that were released together, the newest time. A manager that is
     started again knows by it who may leave still."""
+    held_up: Text = ""
+    """For what else its running program waits, an input or an answer, for people."""
 
 
 @dataclass(frozen=True, slots=True)

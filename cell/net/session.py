@@ -182,21 +182,23 @@ class CellSession:
         self._subscribe(key_patterns, inbox.store)
         return inbox
 
-    def hear(self, store: Callable[[str, bytes], None], *key_patterns: str) -> None:
-        """Hand every payload on matching keys to `store`, with its key, on Zenoh's thread; own messages left out."""
-        self._subscribe(key_patterns, store)
-
     def _subscribe(self, patterns: tuple[str, ...], store: Callable[[str, bytes], None]) -> None:
+        for pattern in patterns:
+            self.hear(self.keys.prefix + pattern, store)
+
+    def hear(self, key: str, store: Callable[[str, bytes], None]) -> None:
+        """Hand every payload on a whole key, the cell's or somebody else's, to `store`, on Zenoh's thread.
+
+        `key` may be a pattern; own messages are left out.
+        """
+
         def heard(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT:
                 store(str(sample.key_expr), sample.payload.to_bytes())
 
-        for pattern in patterns:
-            self._subscribers.append(
-                self._open.declare_subscriber(
-                    self.keys.prefix + pattern, Callback(heard, indirect=False), allowed_origin=zenoh.Locality.REMOTE
-                )
-            )
+        self._subscribers.append(
+            self._open.declare_subscriber(key, Callback(heard, indirect=False), allowed_origin=zenoh.Locality.REMOTE)
+        )
 
     # Calls
 

@@ -42,6 +42,15 @@ class CellClock:
         """Seconds from `now` to a moment, negative when it is past; None when it is of a clock that is not heard."""
         return self._manager.until(moment, now)
 
+    def moment(self, now: float) -> CellTime | None:
+        """What `now` [s] is in the cell; None before a manager was heard."""
+        return self._manager.moment(now)
+
+    def age(self, moment: CellTime, now: float) -> float:
+        """How long ago a moment is at most [s] that somebody told who knows cell time well enough."""
+        left_s = self.until(moment, now)
+        return math.inf if left_s is None else self._manager.error_s(now) + self._allowed_s - left_s
+
     def status(self, now: float) -> ClockStatus | None:
         """What is known of cell time at `now` [s], and how well; None before a state answered this robot."""
         return self._manager.status(now)

@@ -12,6 +12,7 @@ from cell.core import Arrived, AskDone, Effect, Ended, Frozen, Publish, Request,
 from cell.messages import (
     AxisStatus,
     Body,
+    CellVariables,
     Clearance,
     ConveyorCount,
     Correction,
@@ -24,12 +25,14 @@ from cell.messages import (
     ManagerState,
     Mode,
     PlayoutState,
+    ProgramState,
     Sections,
     SetpointBlock,
     Severity,
     ZoneGeometry,
 )
 from cell.net.estops import ObeyedEstops
+from cell.net.plain import PlainText
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.cell_clock import CellClock
@@ -51,7 +54,9 @@ from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.meetings import Meetings
 from robot_agent.agent.program.mounted_now import MountedNow
 from robot_agent.agent.program.pace import Pace
+from robot_agent.agent.program.plain_keys import PlainKeys
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.program.shared_variables import SharedVariables
 from robot_agent.agent.program.waits import Waits
 from robot_agent.agent.space.shared_space import SharedSpace, Use
 from robot_agent.agent.step.doing import doing
@@ -80,8 +85,13 @@ class AgentCore:
         planner_for: Callable[[float, tuple[float, ...]], Planner],
         program: Program,
         boot: str,
+        *,
+        mount_in_doubt: bool = False,
     ) -> None:
-        """`planner_for` gives the robot's planner for the cycle [s] and the quick stop that a claim tells."""
+        """`planner_for` gives the robot's planner for the cycle [s] and the quick stop that a claim tells.
+
+        `mount_in_doubt`: an agent before this one has noted it (`NoteDoubt`).
+        """
         self._cell = cell
         self._robot = robot
         self._boot = boot
@@ -96,18 +106,20 @@ class AgentCore:
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
         self.space = SharedSpace(robot, boot, kept_apart=cell.separation is not None)
         self._frames = HeardFrames(cell.robots[robot].things, program.frames)
-        self.run = ProgramRun(program)
+        self.clock = CellClock(robot, self.zones.sent, cell.times.clock_error_s)
+        self.variables = SharedVariables(robot, boot, cell.variables, self.clock)
+        self.run = ProgramRun(program, self.variables)
         self.report = Reporter(robot, boot)
         self.pace = Pace()
-        self.clock = CellClock(robot, self.zones.sent, cell.times.clock_error_s)
         self.jogging = Jogging(robot, self.zones, self.space)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones, self.space)
         self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
         self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
-        self.mounted = MountedNow()
+        self.mounted = MountedNow(cell.robots[robot].mounted_at_start, doubtful=mount_in_doubt)
         self.teaching = Teaching(robot, cell, program, self._frames)
         self.forced = ForcedInputs(robot, inputs, self.report.event)
-        self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced)
+        self.keys = PlainKeys()
+        self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced, self.keys, self.variables)
         doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted
         self.loading = Loading(robot, cell, self.report.event)
         decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits)
@@ -160,6 +172,10 @@ class AgentCore:
                 self._hear_estop(message)
             case Correction() | ConveyorCount():
                 self.corrections.heard(message, now)
+            case CellVariables():
+                self.variables.heard(message)
+            case PlainText():
+                self.keys.heard(message)
             case JogHeld():
                 self.jogging.heard(message)
             case Request():
@@ -175,6 +191,7 @@ class AgentCore:
             case Frozen():
                 self.zones.forget_echoes()
                 self.operator.forget_echoes()
+                self.keys.forget()
             case Shutdown():
                 self._leaving = True
                 self.forced.end()
@@ -187,6 +204,8 @@ class AgentCore:
             effects += self.report.take_events()
             return [*effects, Ended()] if self.link.released else effects
         effects = [*self.teaching.answers(), *self.link.claim_if_due(now)]
+        if hear := self.keys.need(self.run.keys):
+            effects.append(hear)
         if feedback is None or self.link.grant is None:
             self._without_claim()
             return (
@@ -207,6 +226,7 @@ class AgentCore:
             self.corrections.place(planner.pose_world_base)
         feedback = feedback_in_joints(planner.model.coupling, feedback)
         self.waits.look(feedback, planner.cycle_s, now)
+        self.variables.look(now)
         self._follow_drives(feedback, planner, now)
         self.mode, answers = self.operator.answer(self.mode, self._situation(feedback, planner), now)
         effects += answers
@@ -215,9 +235,15 @@ class AgentCore:
             text = f"no program for {self._cell.times.idle_off_s:g} s: the drives are switched off"
             self.report.event(Severity.INFO, "idle_off", text, f"switch them on again with: cell enable {self._robot}")
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
+        if self.run.state is ProgramState.DONE:
+            self.mounted.end()
+        if note := self.mounted.note():
+            effects.append(note)
         effects += self._move(feedback, planner, now)
         effects += self._plan_ahead(feedback, now)
         effects.append(self._state(feedback, planner.mounting(self.mounted.present), now))
+        if variables := self.variables.news(self._owner):
+            effects.append(Publish(variables))
         return effects + self.report.take_events()
 
     def _may_leave(self, feedback: DriveFeedback | None, now: float) -> bool:

@@ -7,6 +7,7 @@ import queue
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from cell.config.points_edit import write_point
 from cell.config.problem import ConfigError
@@ -14,9 +15,11 @@ from cell.config.settings import CellSettings
 from cell.config.yaml_edit import NotWritten
 from cell.core import Answer, Ask, Effect, Ended, Publish, Shutdown
 from cell.net.calls import Calls
+from cell.net.plain import PlainSlots
 from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession, Link, ZenohOptions
 from robot_agent.agent.core import AgentCore
+from robot_agent.agent.mount_note import MountNote
 from robot_agent.agent.operator.loading import (
     ProgramNotRead,
     ProgramRead,
@@ -28,6 +31,8 @@ from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, W
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, Unplan
 from robot_agent.agent.planning.worker import PlanWorker
+from robot_agent.agent.program.mounted_now import NoteDoubt
+from robot_agent.agent.program.plain_keys import HearKeys
 from robot_agent.language import Program
 from robot_agent.workspace import PlacedRobot
 
@@ -42,10 +47,11 @@ def run_agent(
     placed: PlacedRobot,
     program: Program,
     options: ZenohOptions,
+    folder: Path,
     stop: threading.Event,
     say: Callable[[str], None],
 ) -> int:
-    """Run the agent of one robot until `stop` is set; returns the exit code.
+    """Run the agent of one robot until `stop` is set; returns the exit code. It keeps in `folder` what outlives it.
 
     On `stop` the robot brakes on its path and its claim is released before anything is closed. `say` tells people why
     the agent does not get its robot. Raises `cell.net.errors.NetError` when the session cannot be opened.
@@ -54,10 +60,14 @@ def run_agent(
     link = Link("peer", connect=(cell.manager_endpoint, cell.gateways[settings.gateway].endpoint), gossip=True)
     boot = new_boot()
     planner_for = functools.partial(Planner, placed)
-    core = AgentCore(cell, robot, planner_for, program, boot)
+    note = MountNote(folder, robot)
+    core = AgentCore(cell, robot, planner_for, program, boot, mount_in_doubt=note.doubtful)
     with contextlib.ExitStack() as stack:
+        stack.callback(note.close)
         session = stack.enter_context(CellSession(cell.name, link, "robot", robot, boot, options))
+        session.tell_last(f"robot/{robot}/variables")
         shell = AgentShell(core, session, cell, robot, say, stop)
+        shell.note_doubt = note.keep
         shell.start_worker = lambda *told: stack.enter_context(PlanWorker(planner_for(*told)))
         run_core(core, period_s=PERIOD_S, inbox=shell.inbox, perform=shell.perform, stop=shell.ended)
         return shell.exit_code
@@ -68,6 +78,8 @@ class AgentShell:
 
     start_worker: Callable[[float, tuple[float, ...]], PlanWorker]
     """With cycle and quick stop, as the gateway told them."""
+    note_doubt: Callable[[bool], object]
+    """Whether the robot may carry something else than its robot file says."""
 
     def __init__(
         self,
@@ -99,15 +111,17 @@ class AgentShell:
         mine = f"robot/{robot}"
         self._states = session.watch(
             "manager/state", "zone/*", "frame/*", "conveyor/*", f"{mine}/drives", f"{mine}/clearance", f"{mine}/jog",
-            f"{mine}/correction/*", f"gateway/{self._gateway}/state",
+            f"{mine}/correction/*", f"gateway/{self._gateway}/state", "manager/variables",
         )  # fmt: skip
         self._estops = session.queue("estop")
+        self._plain = PlainSlots(now)
         self.ended = threading.Event()
         self.exit_code = 0
 
     def inbox(self) -> list[object]:
         """Everything that arrived since the last step."""
         messages: list[object] = [*self._states.take_arrived(), *self._estops.take(), *self._session.outcomes()]
+        messages += self._plain.take_new()
         if self._calls is not None:
             messages.extend(self._calls.take())
         if self._worker is not None:
@@ -135,6 +149,11 @@ class AgentShell:
                 threading.Thread(target=self._write_point, args=(effect,), name="point", daemon=True).start()
             case ReadProgram():
                 threading.Thread(target=self._read_program, args=(effect,), name="program", daemon=True).start()
+            case HearKeys(keys):
+                for key in keys:
+                    self._session.hear(key, self._plain.store)
+            case NoteDoubt(doubtful):
+                self.note_doubt(doubtful)
             case Ended():
                 self.ended.set()
             case _:

@@ -12,7 +12,21 @@ from typing import Self
 
 from robot_agent.language.sequence import MAX_WAIT_S, only_argument, place_of
 from robot_agent.language.statement import Reading, Statement, Walk, statement
-from robot_agent.language.steps import AwaitAnswer, AwaitInput, Decide, FlagMark, Pause, ProgramFault, Signal, Test
+from robot_agent.language.steps import (
+    COMPARISONS,
+    AwaitAnswer,
+    AwaitInput,
+    Decide,
+    FlagMark,
+    LetMark,
+    Pause,
+    ProgramFault,
+    Question,
+    Relation,
+    Signal,
+    Test,
+    compare,
+)
 from robot_agent.language.words import Mistake, Word, number, signal_name, unknown
 
 _COMPARED = re.compile(r"<>|<=|>=|[<>=]|[^\s<>=]+")
@@ -26,21 +40,11 @@ MOST_VARIABLES = 100
 LARGEST = 1e12
 """Of what a variable may be, both ways."""
 HIGHEST_FLAG = 999
-_DIGITS = 9
-"""Numbers that differ from there on are equal."""
 _MOST_ROUNDS = 16
 
 Value = float | str
 """A number, or the name of a variable."""
 
-_COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
-    "=": operator.eq,
-    "<>": operator.ne,
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-}
 _SUMS: Mapping[str, Callable[[float, float], float]] = {
     "+": operator.add,
     "-": operator.sub,
@@ -56,11 +60,15 @@ class Comparison:
     left: Value
     sign: str
     right: Value
+    foreign: frozenset[str] = frozenset()
+    """Those of its variables that other robots set."""
 
-    def holds(self, variables: Mapping[str, float]) -> bool:
-        """Whether it does; all variables are set."""
-        left, right = (round(_number(each, variables), _DIGITS) for each in (self.left, self.right))
-        return _COMPARISONS[self.sign](left, right)
+    def resolved(self, variables: Mapping[str, float]) -> bool | Relation:
+        """Whether it holds, or what is left of it to ask; all variables of the program are set."""
+        left, right = (each if each in self.foreign else _number(each, variables) for each in (self.left, self.right))
+        if isinstance(left, str) or isinstance(right, str):
+            return Relation(left, self.sign, right)
+        return compare(left, self.sign, right)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +88,22 @@ class Condition:
 
     def test(self, variables: Mapping[str, float]) -> Test:
         """What is left of it to ask, once all variables are set."""
-        decided = [term.holds(variables) for term in self.terms if isinstance(term, Comparison)]
-        asked = tuple((term.signal, term.on) for term in self.terms if isinstance(term, Asked))
-        return Test(asked, tuple(decided), self.any_of)
+        resolved = [term.resolved(variables) for term in self.terms if isinstance(term, Comparison)]
+        asked: list[tuple[Question, bool]] = [(t.signal, t.on) for t in self.terms if isinstance(t, Asked)]
+        asked += [(each, True) for each in resolved if isinstance(each, Relation)]
+        return Test(tuple(asked), tuple(each for each in resolved if isinstance(each, bool)), self.any_of)
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """That it needs."""
-        compared = (term for term in self.terms if isinstance(term, Comparison))
-        return tuple(each for term in compared for each in (term.left, term.right) if isinstance(each, str))
+        """Those of the program that it needs."""
+        compared = [term for term in self.terms if isinstance(term, Comparison)]
+        named = ((term, each) for term in compared for each in (term.left, term.right) if isinstance(each, str))
+        return tuple(each for term, each in named if each not in term.foreign)
+
+    @property
+    def asks(self) -> bool:
+        """Whether it needs what nobody knows where the program is read."""
+        return any(isinstance(term, Asked) or term.foreign for term in self.terms)
 
     @property
     def signals(self) -> tuple[Signal, ...]:
@@ -163,7 +178,7 @@ class Wait(AnyWait):
 class WaitInput(AnyWait):
     """`WAIT DI name [ON|OFF] [TIMEOUT s [GOTO label]]`: stand still until this input is on, or off."""
 
-    input: str
+    signal: Signal
     on: bool
     timeout_s: float | None
     """After so long the program ends, or goes on at `target`."""
@@ -200,7 +215,7 @@ class WaitInput(AnyWait):
     def run(self, walk: Walk) -> AwaitInput:
         if walk.ways is not None and self.target is not None and not walk.ways.choose(self.line):
             walk.index = self.target
-        return AwaitInput(self.line, Signal("DI", self.input), self.on, self.timeout_s, self.target)
+        return AwaitInput(self.line, self.signal, self.on, self.timeout_s, self.target)
 
     def leads_to(self, place: int) -> tuple[int, ...]:
         return (place + 1,) if self.target is None else (place + 1, self.target)
@@ -210,7 +225,7 @@ class WaitInput(AnyWait):
 
     @property
     def signals(self) -> tuple[Signal, ...]:
-        return (Signal("DI", self.input),)
+        return (self.signal,)
 
     @property
     def forks(self) -> bool:
@@ -245,7 +260,7 @@ class If(Statement):
         if walk.ways is not None:
             if not walk.ways.choose(self.line):
                 walk.index = self.target
-            return None if walk.ahead or not self.signals else Decide(self.line, Test(), self.target)
+            return None if walk.ahead or not self.condition.asks else Decide(self.line, Test(), self.target)
         if fault := _unset(self.line, self.condition.variables, walk):
             return fault
         test = self.condition.test(walk.variables)
@@ -333,6 +348,8 @@ class Let(Statement):
     sign: str = ""
     """Of + - * /; empty without a second value."""
     second: Value = 0.0
+    shared: bool = False
+    """It is a variable of the cell."""
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
@@ -340,8 +357,12 @@ class Let(Statement):
         if len(tokens) < 3 or tokens[1].text != "=":
             raise Mistake(words[0].column, f"`{' '.join(word.text for word in words)}`", _SUM)
         name = _variable(tokens[0])
+        if reading.names.sets(name) is False:
+            sets = f"robot {reading.names.variables[name]}, by variables of the cell file"
+            raise Mistake(tokens[0].column, f"LET {name}, which is set by {sets}", "a variable of this robot")
+        shared = name in reading.names.variables
         first, rest = _operand(tokens[2:])
-        made = cls(line, name, first)
+        made = cls(line, name, first, shared=shared)
         if rest:
             sign = rest[0]
             second, beyond = _operand(rest[1:]) if rest[1:] else (0.0, rest)
@@ -349,7 +370,7 @@ class Let(Statement):
                 raise Mistake(sign.column, f"`{' '.join(token.text for token in rest)}`", _SUM)
             if sign.text == "/" and second == 0.0:
                 raise Mistake(sign.column, "a division by 0", _SUM)
-            made = cls(line, name, first, sign.text, second)
+            made = cls(line, name, first, sign.text, second, shared)
         reading.variables.add(name)
         if len(reading.variables) > MOST_VARIABLES:
             raise Mistake(tokens[0].column, f"variable number {MOST_VARIABLES + 1}", f"{MOST_VARIABLES} in a program")
@@ -361,7 +382,7 @@ class Let(Statement):
         """The variables of which it takes the value."""
         return tuple(each for each in (self.first, self.second) if isinstance(each, str))
 
-    def run(self, walk: Walk) -> ProgramFault | None:
+    def run(self, walk: Walk) -> ProgramFault | LetMark | None:
         if walk.ways is not None:
             return None
         if fault := _unset(self.line, self.needed, walk):
@@ -374,7 +395,10 @@ class Let(Statement):
         if not abs(value) <= LARGEST:
             return ProgramFault(self.line, f"LET {self.name}: {value:g} is beyond -{LARGEST:g} to {LARGEST:g}")
         walk.variables[self.name] = value
-        return None
+        if not self.shared:
+            return None
+        walk.raised += 1
+        return LetMark(self.line, self.name, value, walk.raised)
 
 
 @statement("M")
@@ -450,20 +474,24 @@ def _term(tokens: list[Word], before: Word, reading: Reading) -> Comparison | As
     for kind in ("DI", "DO"):
         named = signal_name(tokens, int(negated), kind)
         if named is not None and named[1] == len(tokens):
-            return Asked(Signal(kind, _known(named[0], kind, reading)), not negated)
-    if negated or len(tokens) != 3 or tokens[1].text not in _COMPARISONS:
+            return Asked(_known(named[0], kind, reading), not negated)
+    if negated or len(tokens) != 3 or tokens[1].text not in COMPARISONS:
         raise Mistake(tokens[0].column, f"`{' '.join(token.text for token in tokens)}`", _CONDITION)
-    return Comparison(_compared(tokens[0]), tokens[1].text, _compared(tokens[2]))
+    left, right = _compared(tokens[0]), _compared(tokens[2])
+    foreign = {each for each in (left, right) if isinstance(each, str) and reading.names.sets(each) is False}
+    return Comparison(left, tokens[1].text, right, frozenset(foreign))
 
 
-def _known(name: Word, kind: str, reading: Reading) -> str:
-    """The input (DI) or output (DO) that a name stands for. Raises Mistake where nobody knows it."""
+def _known(name: Word, kind: str, reading: Reading) -> Signal:
+    """The input (DI, or a key instead of one) or output (DO) of a name. Raises Mistake where nobody knows it."""
     names, is_input = reading.names, kind == "DI"
+    if is_input and (key := names.key(name.text)) is not None:
+        return Signal("KEY", key.name, key.fresh_s)
     what, known = ("input", names.inputs) if is_input else ("output", names.outputs)
     asked = names.input(name.text) if is_input else names.output(name.text)
     if known is not None and asked not in known:
         raise unknown(name, what, known, "none: this robot has none in its drives file")
-    return asked
+    return Signal(kind, asked)
 
 
 def _compared(token: Word) -> Value:
@@ -495,7 +523,10 @@ def _checked(made: Let, words: list[Word], reading: Reading) -> Let:
 def _check_set(words: list[Word], names: tuple[str, ...], reading: Reading) -> None:
     """Raises Mistake for a variable that no LET of the program sets."""
     for name in names:
-        if name not in reading.variables:
+        if reading.names.sets(name) is False:
+            sets = f"the variable `{name}`, which robot {reading.names.variables[name]} sets"
+            raise Mistake(words[0].column, sets, "a variable of this robot; those of others in IF")
+        if name not in reading.variables and name not in reading.names.variables:
             known = ", ".join(sorted(reading.variables)) or "no LET sets any"
             column = next((each.column for each in _tokens(words[1:], _COUNTED) if each.text == name), words[0].column)
             raise Mistake(column, f"the variable `{name}`, which is never set", f"a variable of a LET: {known}")

@@ -17,7 +17,7 @@ from robot_agent.language.steps import (
     Mount,
     Pause,
     ProgramFault,
-    Signal,
+    Question,
     SwitchNow,
     TrackingOff,
     TrackingOn,
@@ -47,8 +47,8 @@ Still = (
 Step = MotionStep | Still
 
 
-def _nothing(_signal: Signal) -> None:
-    """Of no signal anything is known."""
+def _nothing(_question: Question) -> None:
+    """Nothing is known."""
 
 
 def forks(step: object) -> bool:
@@ -68,7 +68,7 @@ class Interpreter:
         self,
         program: Program,
         mounted: Mounted | None = None,
-        known: Callable[[Signal], bool | None] = _nothing,
+        known: Callable[[Question], bool | None] = _nothing,
         ways: Ways | None = None,
         begins: Walk | None = None,
     ) -> None:
@@ -98,7 +98,7 @@ class Interpreter:
         while isinstance(following := self._walk(), Mark) and len(switches) < _MAX_SWITCHES:
             switches.append(following)
         if isinstance(following, Mark):
-            words = "SET DO, RESET DO or M ASYNC"
+            words = "SET DO, RESET DO, M ASYNC or LET of the cell"
             text = f"more than {_MAX_SWITCHES} {words} at one place: put a motion or a WAIT into the loop"
             following = self._finish(ProgramFault(following.line, text))
         self._following = following

@@ -46,6 +46,9 @@ class Names:
     """Of `P` and `Q`."""
     signals: Mapping[str, Signal] = field(default_factory=dict)
     """Other names for inputs and outputs."""
+    robot: str = ""
+    variables: Mapping[str, str] = field(default_factory=dict)
+    """Of the cell: by name, the robot whose programs set it."""
 
     @classmethod
     def of(
@@ -64,12 +67,24 @@ class Names:
             frames=cell.frames,
             points=Points() if taught is None else Points(taught.points),
             signals={} if taught is None else taught.signals,
+            robot=robot,
+            variables=cell.variables,
         )
+
+    def sets(self, variable: str) -> bool | None:
+        """Whether programs of this robot set a variable of the cell, or another one's; None: it is none of the cell."""
+        owner = self.variables.get(variable)
+        return None if owner is None else owner == self.robot
 
     def input(self, name: str) -> str:
         """The input that a name stands for."""
         signal = self.signals.get(name)
         return signal.name if signal is not None and signal.kind is SignalKind.INPUT else name
+
+    def key(self, name: str) -> Signal | None:
+        """The Zenoh key that a name stands for; None for all other names."""
+        signal = self.signals.get(name)
+        return signal if signal is not None and signal.kind is SignalKind.KEY else None
 
     def output(self, name: str) -> str:
         """The output that a name stands for."""

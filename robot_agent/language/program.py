@@ -60,10 +60,15 @@ class Program:
         """Line and signal of the first one that a statement asks for and that is not `known`; by kind, None: unsaid."""
         for each in self.statements:
             for signal in each.signals:
-                names = known[signal.kind]
+                names = known.get(signal.kind)
                 if names is not None and signal.name not in names:
                     return each.line, signal
         return None
+
+    @property
+    def keys(self) -> frozenset[str]:
+        """The Zenoh keys that its statements ask for."""
+        return frozenset(each.name for one in self.statements for each in one.signals if each.kind == "KEY")
 
     def text_of(self, line: int) -> str:
         """The text of a line (from 1) without its comment; empty for lines outside the program."""

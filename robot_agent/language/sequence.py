@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from robot_agent.language.statement import STATEMENTS, Reading, Statement, SubCall, Walk, statement
-from robot_agent.language.steps import Finished, Meet, ProgramFault, Switch, TrackingOff, TrackingOn
-from robot_agent.language.words import Mistake, Word, number, percent, signal_name, unknown
+from robot_agent.language.steps import Before, Finished, Meet, ProgramFault, Switch, TrackingOff, TrackingOn
+from robot_agent.language.words import FARTHEST_MM, Mistake, Word, number, percent, signal_name, unknown
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 MAX_WAIT_S = 3600.0
@@ -49,26 +49,27 @@ class Track(Statement):
 @statement("SET", "RESET")
 @dataclass(frozen=True, slots=True)
 class SetOutput(Statement):
-    """`SET DO name`, `RESET DO name`: where the move before it ends, this digital output is switched."""
+    """`SET DO name`, `RESET DO name`: where the move before it ends, or earlier, this digital output is switched."""
 
     output: str
     on: bool
+    before: Before | None = None
 
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         named = signal_name(words, 1, "DO")
-        if named is None or named[1] != len(words):
+        if named is None:
             found = f"`{' '.join(word.text for word in words)}`"
             raise Mistake(words[0].column, found, f"{words[0].text.upper()} DO and the name of an output")
-        word = named[0]
+        word, before = named[0], _before(words[named[1] :])
         output = reading.names.output(word.text)
         if reading.names.outputs is not None and output not in reading.names.outputs:
             raise unknown(word, "output", reading.names.outputs, "none: this robot has none in its drives file")
-        return cls(line, output, words[0].text.upper() == "SET")
+        return cls(line, output, words[0].text.upper() == "SET", before)
 
     def run(self, walk: Walk) -> Switch:
         walk.switched += 1
-        return Switch(self.line, self.output, self.on, walk.switched)
+        return Switch(self.line, self.output, self.on, walk.switched, self.before)
 
     @property
     def switched_outputs(self) -> tuple[str, ...]:
@@ -290,6 +291,20 @@ class Speed(Statement):
     @property
     def idle(self) -> bool:
         return True
+
+
+def _before(words: list[Word]) -> Before | None:
+    """Of the words after the output; None where there are none."""
+    if not words:
+        return None
+    allowed = "nothing, or how far in front of the end of the move: BEFORE 50 MM, BEFORE 0.2 S"
+    if len(words) != 3 or words[0].text.upper() != "BEFORE" or words[2].text.upper() not in ("MM", "S"):
+        raise Mistake(words[0].column, f"`{' '.join(word.text for word in words)}`", allowed)
+    value, unit = number(words[1].text, words[1]), words[2].text.upper()
+    most = FARTHEST_MM if unit == "MM" else MAX_WAIT_S
+    if not 0 < value <= most:
+        raise Mistake(words[1].column, f"BEFORE {words[1].text}", f"more than 0, up to {most:g} {unit}")
+    return Before(way_m=value / 1000.0) if unit == "MM" else Before(time_s=value)
 
 
 def only_argument(words: list[Word], what: str) -> Word:

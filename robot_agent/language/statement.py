@@ -17,7 +17,7 @@ from robot_agent.model.description import Mounted
 if TYPE_CHECKING:
     from robot_agent.language.conditions import Branches, Ways
     from robot_agent.language.interpreter import Step
-    from robot_agent.language.steps import Mark, Signal
+    from robot_agent.language.steps import Mark, Question, Signal
 
 
 @dataclass(slots=True)
@@ -91,13 +91,13 @@ class Walk:
     """As they are now."""
 
     raised: int = 0
-    """Flags that nobody waits for, since the program began."""
+    """Flags that nobody waits for, and LETs of variables of the cell, since the program began."""
     variables: dict[str, float] = field(default_factory=dict)
     """Those that are set."""
     ahead: bool = False
     """While LOOKAHEAD is on."""
-    known: Callable[["Signal"], bool | None] = lambda _: None
-    """Whether an input or output is on now; None where nobody knows."""
+    known: Callable[["Question"], bool | None] = lambda _: None
+    """Whether an input or output is on now, or a comparison holds; None where nobody knows."""
     ways: "Ways | None" = None
     """For checks: which way a fork goes; variables have no values then."""
 

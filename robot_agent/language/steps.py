@@ -1,6 +1,7 @@
 """What a robot does next: the steps that a program comes down to, besides moves of the TCP, which are their own."""
 
-from collections.abc import Callable
+import operator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from robot_agent.model.description import NOTHING, Mounted
@@ -60,6 +61,14 @@ FREELY = MoveCaps()
 
 
 @dataclass(frozen=True, slots=True)
+class Before:
+    """A place on a move in front of its end: so much way of the TCP [m] earlier, or so much planned time [s]."""
+
+    way_m: float = 0.0
+    time_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Switch:
     """One execution of `SET DO name` or `RESET DO name`: a digital output is switched on or off."""
 
@@ -68,6 +77,8 @@ class Switch:
     on: bool
     number: int
     """Counts what one run of a program switches, from 1; each round of a loop counts anew."""
+    before: Before | None = None
+    """On its way to the end of its move; None: at that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +91,18 @@ class FlagMark:
     """Counts what one run of a program raises so, from 1."""
 
 
-Mark = Switch | FlagMark
+@dataclass(frozen=True, slots=True)
+class LetMark:
+    """One execution of LET of a variable of the cell."""
+
+    line: int
+    name: str
+    value: float
+    number: int
+    """Counted as those of `FlagMark`."""
+
+
+Mark = Switch | FlagMark | LetMark
 """What is done where a move ends, without a stop."""
 
 
@@ -141,29 +163,71 @@ class Meet:
     """After so long the program ends."""
 
 
+_DIGITS = 9
+"""Numbers that differ from there on are equal."""
+COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
+    "=": operator.eq,
+    "<>": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+_KINDS = {"DI": "input", "DO": "output", "KEY": "key"}
+
+
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A digital input (DI) or output (DO) of the robot, by its name in the drives file."""
+    """A digital input (DI) or output (DO) of the robot, by its name in the drives file, or a Zenoh key (KEY)."""
 
     kind: str
     name: str
+    fresh_s: float = 0.0
+    """Of a key: what is older counts as unknown."""
 
     def __str__(self) -> str:
-        return f"{'input' if self.kind == 'DI' else 'output'} {self.name}"
+        return f"{_KINDS[self.kind]} {self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """A comparison of two numbers, or variables of the cell by their names, that other robots set."""
+
+    left: float | str
+    sign: str
+    right: float | str
+
+    def holds(self, value: Callable[[str], float | None]) -> bool | None:
+        """Whether it does, by the values of the variables; None where one is not known."""
+        left, right = (value(each) if isinstance(each, str) else each for each in (self.left, self.right))
+        return None if left is None or right is None else compare(left, self.sign, right)
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        return tuple(each for each in (self.left, self.right) if isinstance(each, str))
+
+
+def compare(left: float, sign: str, right: float) -> bool:
+    """Whether a comparison holds; numbers that differ by less than 1e-9 are equal."""
+    return COMPARISONS[sign](round(left, _DIGITS), round(right, _DIGITS))
+
+
+Question = Signal | Relation
+"""What nobody knows where a program is read."""
 
 
 @dataclass(frozen=True, slots=True)
 class Test:
     """What is left of a condition once the variables are known. Without anything to ask it holds, or never does."""
 
-    asked: tuple[tuple[Signal, bool], ...] = ()
-    """Inputs and outputs, and whether they have to be on."""
+    asked: tuple[tuple[Question, bool], ...] = ()
+    """Inputs and outputs, and whether they have to be on; comparisons that have to hold."""
     decided: tuple[bool, ...] = ()
     """The other terms."""
     any_of: bool = False
     """One of all is enough."""
 
-    def holds(self, known: Callable[[Signal], bool | None]) -> bool | None:
+    def holds(self, known: Callable[[Question], bool | None]) -> bool | None:
         """Whether it does, by what is known; None where what is not known would decide."""
         answers = [None if is_on is None else is_on is on for is_on, on in ((known(s), on) for s, on in self.asked)]
         answers += self.decided

@@ -10,7 +10,7 @@ from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.governor.governor import Governor, Hold, RateRequest
 from robot_agent.trajectory.governor.segment import PathState, Segment
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.motion import Motion, block_lengths
+from robot_agent.trajectory.motion import Motion, block_lengths, tau_before
 from robot_agent.trajectory.planner import plan
 from robot_agent.trajectory.splice import spliced
 from robot_agent.trajectory.timing.continuation import Continuation
@@ -31,4 +31,5 @@ __all__ = [
     "plan",
     "s_curve",
     "spliced",
+    "tau_before",
 ]

@@ -13,6 +13,7 @@ from robot_agent.trajectory.timing.continuation import Continuation, LastRun
 
 _STEP_M = 0.004
 """A small part of what a published body is grown by, and of the distance at which a robot stops in front of a zone."""
+_EXACT_S = 1e-7
 _NODES, _WEIGHTS = (values / 2.0 for values in np.polynomial.legendre.leggauss(4))
 
 
@@ -112,6 +113,33 @@ def block_lengths(motion: Motion) -> NDArray[np.float64]:
     Robotics Control, (7-47) to (7-49); the printed (7-49) gives half the angle.
     """
     knots = np.unique(np.concatenate([motion.pieces.knots, motion.ends]))
+    covered = _covered(motion, knots)
+    reached = np.concatenate([np.zeros((1, 3)), np.cumsum(covered, axis=0)])
+    at_ends = reached[np.searchsorted(knots, motion.ends)]
+    return np.diff(at_ends, axis=0, prepend=0.0)
+
+
+def tau_before(motion: Motion, block: int, way_m: float) -> float:
+    """Where on a block the TCP has this way [m] to go to its end, as tau [s]; its beginning where it is shorter."""
+    begin, end = 0.0 if block == 0 else float(motion.ends[block - 1]), float(motion.ends[block])
+    inner = motion.pieces.knots[(motion.pieces.knots > begin) & (motion.pieces.knots < end)]
+    knots = np.concatenate([[begin], inner, [end]])
+    left_m = np.cumsum(_covered(motion, knots)[::-1, 0])[::-1]
+    if way_m >= left_m[0]:
+        return begin
+    piece = int(np.searchsorted(-left_m, -way_m, side="left")) - 1
+    low, high = float(knots[piece]), float(knots[piece + 1])
+    beyond_m = way_m - (float(left_m[piece + 1]) if piece + 1 < len(left_m) else 0.0)
+    last = high
+    while high - low > _EXACT_S:
+        middle = (low + high) / 2.0
+        farther = float(_covered(motion, np.array([middle, last]))[0, 0]) > beyond_m
+        low, high = (middle, high) if farther else (low, middle)
+    return low
+
+
+def _covered(motion: Motion, knots: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`(m - 1, 3)`: what `block_lengths` tells, between rising taus `(m,)` [s] with none of the motion's in between."""
     width = np.diff(knots)
     t = knots[:-1, None] + width[:, None] * (0.5 + _NODES)
     q, qd = motion.q(t), motion.qd(t)
@@ -119,7 +147,5 @@ def block_lengths(motion: Motion) -> NDArray[np.float64]:
     linear = motion.model.description.linear
     turning = ~np.array(linear) if linear else np.ones(motion.model.n, dtype=np.bool_)
     rates = [np.linalg.norm(each, axis=-1) for each in (twist[..., :3], twist[..., 3:], qd[..., turning])]
-    covered = (np.stack(rates, axis=-1) * _WEIGHTS[:, None]).sum(axis=1) * width[:, None]
-    reached = np.concatenate([np.zeros((1, 3)), np.cumsum(covered, axis=0)])
-    at_ends = reached[np.searchsorted(knots, motion.ends)]
-    return np.diff(at_ends, axis=0, prepend=0.0)
+    covered: NDArray[np.float64] = (np.stack(rates, axis=-1) * _WEIGHTS[:, None]).sum(axis=1) * width[:, None]
+    return covered

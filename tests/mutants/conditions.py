@@ -33,7 +33,7 @@ CONDITIONS = (
     Mutant(
         "counts-one-more",
         "a loop by a variable goes round once more than it says",
-        (Edit(LANGUAGE, '    "<": operator.lt,', '    "<": operator.le,'),),
+        (Edit("robot_agent/language/steps.py", '    "<": operator.lt,', '    "<": operator.le,'),),
         bench=Bench.CONDITIONS,
     ),
     Mutant(
@@ -51,7 +51,7 @@ CONDITIONS = (
     Mutant(
         "asks-what-was",
         "an input counts by what was measured before the robot came",
-        (Edit(WAITS, "        return min(FRESH_S, self._now - self._since)", "        return FRESH_S"),),
+        (Edit(WAITS, "        return self._now - self._since", "        return math.inf"),),
         bench=Bench.CONDITIONS,
     ),
     Mutant(

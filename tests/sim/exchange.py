@@ -71,6 +71,10 @@ class SimSession:
         self._subscribe(key_patterns, inbox.store)
         return inbox
 
+    def hear(self, key: str, store: _Store) -> None:
+        self.subscriptions.append((re.compile(re.escape(key)), store))
+        self._exchange.forget_routes()
+
     def serve(self, prefix: str) -> Calls:
         calls = self.serves[prefix] = Calls(self.keys, prefix, self.host.read)
         return calls

@@ -204,6 +204,7 @@ class World:
         core, stop = AgentCore(cell, robot, planner_for, program, session.boot), threading.Event()
         watched = WatchedCore(session.process, core, self.on_delivered)
         shell = AgentShell(watched, session, cell, robot, self._says(session.process), stop, session.host.read)
+        shell.note_doubt = lambda _doubtful: None
         planned = self.seen.planned[robot].append
         shell.start_worker = lambda *told: SimWorker(planner_for(*told), self.clock, self._planning_share, planned)
         return self._process(core, shell, session, AGENT_PERIOD_S, stop)

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.config.points_edit import write_point
+from cell.config.points_file import Signal
 from cell.config.problem import ConfigError
 from cell.config.settings import (
     CellSettings,
     CorrectionSettings,
     FrameSettings,
     GatewayEndpoint,
+    MountedAtStart,
     OnManagerReturn,
     PoseSettings,
     RobotSettings,
@@ -50,6 +52,7 @@ from cell.messages import (
     Reply,
     ResetDrives,
     RobotState,
+    RobotVariables,
     SetpointBlock,
     SetupStatus,
     Token,
@@ -68,6 +71,8 @@ from robot_agent.agent.operator.loading import (
 from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, WritePoint
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, Unplan
+from robot_agent.agent.program.mounted_now import NoteDoubt
+from robot_agent.agent.program.plain_keys import HearKeys
 from robot_agent.kinematics import Model
 from robot_agent.language import Names, Points, parse_program
 from robot_agent.workspace import PlacedRobot, Spaces, Things
@@ -110,6 +115,10 @@ class AgentWorld:
         separation: SeparationSettings | None = None,
         points: Points | None = None,
         points_file: Path = Path("no_such_folder") / "points.yaml",
+        signals: dict[str, Signal] | None = None,
+        variables: dict[str, str] | None = None,
+        mounted_at_start: MountedAtStart = MountedAtStart.ASK,
+        mount_in_doubt: bool = False,
     ) -> None:
         arm = arm or model()
         names = arm.joint_names
@@ -122,23 +131,36 @@ class AgentWorld:
         self.planner = Planner(self._placed, CYCLE_S)
         self.brakes: tuple[float, ...] = ()
         """The quick stop that the next claim tells."""
-        parsed = parse_program(program, "left.prog", Names(names, points=points))
+        known = Names(names, points=points, signals=signals or {}, robot="left", variables=variables or {})
+        parsed = parse_program(program, "left.prog", known)
         cell = settings(on_manager_return, times or Times(), corrections or {}, spaces, things)
         folder = points_file.parent
         left = replace(cell.robots["left"], points=points_file, program=folder / "left.prog")
+        left = replace(left, mounted_at_start=mounted_at_start)
         table = FrameSettings("table", None, PoseSettings((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
         self.agent = AgentCore(
             replace(
-                cell, file=folder / "cell.yaml", separation=separation, robots={"left": left}, frames={"table": table}
+                cell,
+                file=folder / "cell.yaml",
+                separation=separation,
+                robots={"left": left},
+                frames={"table": table},
+                variables=variables or {},
             ),
             "left",
             self._planner_for,
             parsed,
             "boot",
+            mount_in_doubt=mount_in_doubt,
         )
+        self.mount_in_doubt = mount_in_doubt
+        """What the next agent would find noted."""
         self.clears: int | None = None
         """So many sections the manager clears of each presence that asks; None: all."""
         self._clearances = 0
+        self.variables: list[RobotVariables] = []
+        self.heard_keys: tuple[str, ...] = ()
+        """Of the application, to which the agent listens."""
         self.events: list[Event] = []
         self.geometry = ZONE
         self.other_zones: tuple[ZoneGeometry, ...] = ()
@@ -387,6 +409,8 @@ class AgentWorld:
             case Publish(Presence() as presence):
                 self.presences.append(presence)
                 self._clear(presence)
+            case Publish(RobotVariables() as told):
+                self.variables.append(told)
             case Publish(RobotState() as state):
                 self.states.append(state)
             case Ask(ask_id, _, Call(id=id, command=command)):
@@ -420,6 +444,10 @@ class AgentWorld:
                     self._read = ProgramNotRead(id, mistakes_text(error.problems))
                 if not self.files_held:
                     self.release_files()
+            case HearKeys(keys):
+                self.heard_keys += keys
+            case NoteDoubt(doubtful):
+                self.mount_in_doubt = doubtful
             case Unplan(ids):
                 self.unplanned.extend(ids)
 

@@ -45,6 +45,8 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
                 frames=document.keys(("frames",)),
                 points=points,
                 signals=signals,
+                robot=robot,
+                variables=_variables(document),
             )
             try:
                 program = parse_program(text, file.name, names, file.parent)
@@ -105,6 +107,12 @@ def _meetings(document: Document, robot: str) -> list[str]:
     """Those that the robot is in."""
     named = ((name, document.value(("meetings", name))) for name in document.keys(("meetings",)))
     return [name for name, robots in named if isinstance(robots, list | tuple) and robot in robots]
+
+
+def _variables(document: Document) -> dict[str, str]:
+    """Those of the cell, with the robot that sets each."""
+    said = ((name, document.value(("variables", name))) for name in document.keys(("variables",)))
+    return {name: robot for name, robot in said if isinstance(robot, str)}
 
 
 def _edges(program: Program, file: Path) -> Iterator[Problem]:

@@ -24,7 +24,8 @@ def hear_all(session: CellSession, bulk: CellSession, store: Callable[[str, byte
     fit is dropped; events and states must not be among it.
     """
     for link, kinds in ((bulk, _BULK), (session, [kind for kind in STATES if kind not in _BULK])):
-        link.hear(store, *(STATES[kind].everybodys for kind in kinds))
+        for kind in kinds:
+            link.hear(link.keys.prefix + STATES[kind].everybodys, store)
 
 
 def recorded(settings: CellSettings) -> "RecordedCell":

@@ -126,7 +126,6 @@ class OutputMarks:
         motion = planned.motion
         return {
             switch.number: _Mark(switch, motion, tau)
-            for tau, switches in zip(motion.ends.tolist(), planned.switches, strict=False)
-            for switch in switches
+            for tau, switch in planned.places
             if isinstance(switch, Switch) and switch.number > self._executed
         }

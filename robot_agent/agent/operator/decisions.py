@@ -254,6 +254,8 @@ class Decisions:
             return part
         executive.stand(situation.planner.standstill(feedback.commanded, ()), feedback.tick)
         self._run.start(feedback.commanded, self._mounted.present, part, tick, end_tick)
+        if self._run.mounts:
+            self._mounted.begin()
         self._pace.no_step()
         begins = "its first line" if run.first_line is None else f"line {run.first_line}"
         ends = "" if run.last_line is None else f" to line {run.last_line}"
@@ -291,9 +293,12 @@ class Decisions:
         ):
             if wanted and told is None:
                 which = "which tool is mounted" if kind == "tool" else "what it holds"
+                unsaid = f"nobody has said {which} since its agent was started"
+                if why := now.why_unknown:
+                    unsaid += f", and mounted_at_start of the cell file does not count: {why}"
                 return (
-                    f"{robot} cannot run its program, which {does}: nobody has said {which} since its agent was "
-                    f"started; look, then `cell {kind} {robot} {'|'.join((*names, 'none'))}`"
+                    f"{robot} cannot run its program, which {does}: {unsaid}; look, then "
+                    f"`cell {kind} {robot} {'|'.join((*names, 'none'))}`"
                 )
         return ""
 
@@ -311,12 +316,12 @@ class Decisions:
             return Refused(f"no {said.verb} {name!r}; in the robot file of {self._robot} are: {known}")
         if (refused := self._busy(mode, situation)) is not None:
             return refused
-        if told == (name or ""):
-            return Done(f"{text}, as before", mode)
         if isinstance(said, SetTool):
             now.say_tool(name)
         else:
             now.say_part(name)
+        if told == (name or ""):
+            return Done(f"{text}, as before", mode)
         if self._run.running or self._run.interrupted:
             self._interruption.forget(f"an operator said that {text}: start it anew")
             mode = after(mode, ModeEvent.FORGOTTEN)

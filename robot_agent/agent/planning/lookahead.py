@@ -23,7 +23,8 @@ from robot_agent.language import (
     MotionStep,
     Program,
     ProgramFault,
-    Signal,
+    Question,
+    SplineStep,
     Step,
     Still,
     TrackingOff,
@@ -74,8 +75,8 @@ class Lookahead:
     def __init__(self) -> None:
         self._interpreter: Interpreter | None = None
         self._items: deque[Item] = deque()
-        self._coming: deque[Step] = deque()
-        """Interpreted, but not planned."""
+        self._coming: deque[Step | PlanFailed] = deque()
+        """Interpreted, but not planned; or why the program ends there."""
         self._chain_of = _CHAIN
         """How many steps the next plan from rest may have."""
         self._plans = 0
@@ -94,8 +95,8 @@ class Lookahead:
         """More is planned than is needed to go on: others have to know where the robot will be."""
         self._took_s: deque[float] = deque(maxlen=_MEASURED)
         """From asking for a plan to having it."""
-        self.known: Callable[[Signal], bool | None] = lambda _: None
-        """Whether an input or output is on now; None where nobody knows."""
+        self.known: Callable[[Question], bool | None] = lambda _: None
+        """Whether an input or output is on now, or a comparison holds; None where nobody knows."""
 
     def start(
         self,
@@ -149,7 +150,7 @@ class Lookahead:
     @property
     def goes_on(self) -> bool:
         """Whether the program goes on after all that is planned."""
-        return not any(isinstance(item, Finished | ProgramFault) for item in self._items)
+        return not any(isinstance(item, Finished | ProgramFault | PlanFailed) for item in self._items)
 
     def advance(self) -> None:
         """The head is being executed; what follows becomes the head."""
@@ -177,7 +178,7 @@ class Lookahead:
         for index, item in enumerate(self._items):
             if isinstance(item, Waiting) and item.id == result.id:
                 self._took_s.append(now - self._asked_at)
-                if isinstance(result, Planned) and self._too_short(result):
+                if self._too_short(result) if isinstance(result, Planned) else self._ends_before(result):
                     del self._items[index]
                     return
                 self._chain_of = _CHAIN
@@ -289,6 +290,21 @@ class Lookahead:
         self._chain_of = most
         return True
 
+    def _ends_before(self, failed: PlanFailed) -> bool:
+        """Whether some of the steps can be planned without the one that cannot; the program ends behind these.
+
+        Not the points of a spline in front of it: without that move they would be another curve.
+        """
+        if self._asked is None:
+            return False
+        steps = self._asked.steps[: failed.step]
+        while steps and isinstance(steps[-1], SplineStep):
+            steps = steps[:-1]
+        if not steps:
+            return False
+        self._coming = deque([*steps, failed])
+        return True
+
     def _give_back(self) -> None:
         """The steps of an extension that is not wanted any more are still to be planned."""
         if self._extension is not None:
@@ -308,7 +324,7 @@ class Lookahead:
         step = self._coming[0]
         return isinstance(step, MotionStep) and not why_apart(self._last, step)
 
-    def _take(self, interpreter: Interpreter) -> Step:
+    def _take(self, interpreter: Interpreter) -> Step | PlanFailed:
         return self._coming.popleft() if self._coming else interpreter.next()
 
     def _chain(

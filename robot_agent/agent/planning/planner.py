@@ -11,12 +11,12 @@ from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError
-from robot_agent.language import JointStep, LineStep, Mark, SplineStep, TcpStep
+from robot_agent.language import JointStep, LineStep, Mark, SplineStep, Switch, TcpStep
 from robot_agent.model.description import Mounted
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
-from robot_agent.trajectory import Motion, PlanError, plan, spliced
+from robot_agent.trajectory import Motion, PlanError, plan, spliced, tau_before
 from robot_agent.workspace import (
     Braking,
     Breach,
@@ -83,13 +83,13 @@ class Planner:
         try:
             return planner._slowed(request, Sequence(planner._blocks(request)))
         except PlanError as error:
-            return PlanFailed(request.id, error.line, str(error))
+            return PlanFailed(request.id, error.line, str(error), error.block)
         except KinematicsError as error:
             return PlanFailed(request.id, request.line, f"line {request.line}: {error}")
 
     def _slowed(self, request: PlanRequest | ExtendRequest, sequence: Sequence) -> Planned | PlanFailed:
         """The motion, each of its moves so slow that the TCP keeps the speed of the slow spaces that it is in."""
-        line, worst = 0, 0.0
+        line, step, worst = 0, 0, 0.0
         for _ in range(_SLOWINGS):
             planned = self._planned(request, sequence)
             if not self.spaces.slow or isinstance(planned, PlanFailed):
@@ -101,6 +101,7 @@ class Planner:
             if not hasty.any():
                 return planned
             line, worst = planned.line_at(float(taus[haste.argmax()])), float(haste.max())
+            step = max(int(number[haste.argmax()]), 0)
             blocks = list(sequence.blocks)
             for k in np.unique(number[hasty]):
                 there = hasty & (number == k)
@@ -109,7 +110,7 @@ class Planner:
         text = (
             f"line {line}: the TCP is {100.0 * (worst - 1.0):.0f} % too fast in a slow space, whatever the move's speed"
         )
-        return PlanFailed(request.id, line, f"{text}: name a lower F, or go around the space")
+        return PlanFailed(request.id, line, f"{text}: name a lower F, or go around the space", step)
 
     def _slower(
         self, block: Block, q: NDArray[np.float64], qd: NDArray[np.float64], haste: NDArray[np.float64]
@@ -123,10 +124,14 @@ class Planner:
 
     def _planned(self, request: PlanRequest | ExtendRequest, sequence: Sequence) -> Planned | PlanFailed:
         if isinstance(request, ExtendRequest):
-            return self._free(self._extended(request, sequence), request.splice_s - request.cut_s)
+            return self._free(self._extended(request, sequence), len(sequence), request.splice_s - request.cut_s)
         motion = plan(self.model, sequence, self.limits, start=request.start, cycle_s=self.cycle_s)
         planned = self._with_body(request.id, _lines(sequence), motion, request.zones)
-        return self._free(replace(planned, switches=_switches(request), spaces_off=request.steps[0].spaces_off))
+        switches = _switches(request)
+        planned = replace(
+            planned, switches=switches, places=_places(motion, switches), spaces_off=request.steps[0].spaces_off
+        )
+        return self._free(planned, len(sequence))
 
     def _extended(self, request: ExtendRequest, sequence: Sequence) -> Extended:
         old, at_s, cut_s = request.motion, request.splice_s, request.cut_s
@@ -135,10 +140,11 @@ class Planner:
         blocks = len(motion.ends)
         lines = (request.lines + _lines(sequence))[-blocks:]
         whole = self._with_body(request.id, lines, motion, request.zones)
+        switches = (request.switches + _switches(request))[-blocks:]
         return Extended(
             whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
-            switches=(request.switches + _switches(request))[-blocks:], spaces_off=request.steps[0].spaces_off,
+            switches=switches, places=_places(motion, switches), spaces_off=request.steps[0].spaces_off,
             mounted=whole.mounted, shut=whole.shut, sections=self._extended_sections(request, whole),
         )  # fmt: skip
 
@@ -149,8 +155,11 @@ class Planner:
         samples = whole.sweep, whole.taus, whole.motion.q(whole.taus), whole.motion.qd(whole.taus)
         return extended(request.sections, request.cut_s, request.splice_s - request.cut_s, self._braking, *samples)
 
-    def _free(self, planned: Planned, from_tau: float = 0.0) -> Planned | PlanFailed:
-        """The motion, if from this tau [s] on it touches nothing that it must not, and keeps to its spaces."""
+    def _free(self, planned: Planned, steps: int, from_tau: float = 0.0) -> Planned | PlanFailed:
+        """The motion, if from this tau [s] on it touches nothing that it must not, and keeps to its spaces.
+
+        Its last blocks are the `steps` that were asked for.
+        """
         if not (self.things or self.spaces):
             return planned
         first = max(int(np.searchsorted(planned.taus, from_tau, side="right")) - 1, 0)
@@ -170,15 +179,17 @@ class Planner:
                 self.spaces.first_breach(watched, taus, watched_at, planned.spaces_off.union(self.spaces.inputs))
             )
         touch = min((each for each in found if each is not None), key=lambda each: each.tau, default=None)
-        return planned if touch is None else self._refused(planned, touch, taus)
+        return planned if touch is None else self._refused(planned, touch, taus, steps)
 
-    def _refused(self, planned: Planned, touch: Touch | Breach, taus: NDArray[np.float64]) -> PlanFailed:
+    def _refused(self, planned: Planned, touch: Touch | Breach, taus: NDArray[np.float64], steps: int) -> PlanFailed:
         """What a motion runs into, where, and how far it is free."""
         line, before = planned.line_at(touch.tau), taus[taus < touch.tau]
         free = "not even where it begins"
         if len(before):
             free = f"free up to {self._joints(planned.motion.q(before[-1:])[0])}"
-        return PlanFailed(planned.id, line, f"line {line}: {touch}, {touch.tau:.2f} s after the motion begins; {free}")
+        step = int(planned.motion.block_at(np.array(touch.tau))) - (len(planned.lines) - steps)
+        text = f"line {line}: {touch}, {touch.tau:.2f} s after the motion begins; {free}"
+        return PlanFailed(planned.id, line, text, max(step, 0))
 
     def _joints(self, q: NDArray[np.float64]) -> str:
         """For people, as in a program."""
@@ -252,6 +263,23 @@ def _lines(sequence: Sequence) -> tuple[int, ...]:
 
 def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Mark, ...], ...]:
     return tuple(step.switches for step in request.steps)
+
+
+def _places(motion: Motion, switches: tuple[tuple[Mark, ...], ...]) -> tuple[tuple[float, Mark], ...]:
+    """Where on a motion its marks are; none lies in front of the one before it, nor of its own move."""
+    places: list[tuple[float, Mark]] = []
+    for block, marks in enumerate(switches):
+        begin, end = 0.0 if block == 0 else float(motion.ends[block - 1]), float(motion.ends[block])
+        for mark in marks:
+            before = mark.before if isinstance(mark, Switch) else None
+            if before is None:
+                tau = end
+            elif before.way_m > 0.0:
+                tau = tau_before(motion, block, before.way_m)
+            else:
+                tau = max(end - before.time_s, begin)
+            places.append((max([tau, *(at for at, _ in places[-1:])]), mark))
+    return tuple(places)
 
 
 def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:

@@ -105,7 +105,9 @@ class Planned:
     first_tau: float = 0.0
     """The tau [s] that may not be passed backwards; what lies before it is not known any more."""
     switches: tuple[tuple[Mark, ...], ...] = ()
-    """What is switched at the end of each block of a motion that a program asked for."""
+    """What is done at the end of each block of a motion that a program asked for, or in front of that."""
+    places: tuple[tuple[float, Mark], ...] = ()
+    """The same with its tau [s], in the order of the program."""
     spaces_off: frozenset[str] = frozenset()
     """Spaces that the program had switched off."""
     mounted: Mounted = NOTHING
@@ -138,3 +140,5 @@ class PlanFailed:
     id: int
     line: int
     text: str
+    step: int = 0
+    """Its index among the steps of the request; 0 also where nobody knows it."""

@@ -35,7 +35,9 @@ class Meetings:
 
     def told(self, mode: Mode) -> Meets:
         """For the presence; only a robot that runs its program waits."""
-        return Meets(self._waits if mode is Mode.RUNNING else None, dict(self._left))
+        if mode is not Mode.RUNNING:
+            return Meets(None, dict(self._left))
+        return Meets(self._waits, dict(self._left), self._run.held_up if self._run.at_wait is not None else "")
 
     def follow(self, tick: int, cycle_s: float, now: float) -> str:
         """Wait at the MEET to which the program has come by `tick`, leave it, or end the program at its time-out.
@@ -84,4 +86,7 @@ class Meetings:
             return "the manager knows no such meeting" if fresh else self._zones.silence
         if not status.missing:
             return "the manager has not heard of it yet"
-        return "waits for " + ", and for ".join(f"{robot}, {what}" for robot, what in status.missing.items())
+        missing = "waits for " + ", and for ".join(f"{robot}, {what}" for robot, what in status.missing.items())
+        deadlocks = () if self._zones.state is None else self._zones.state.deadlocks
+        mine = next((each for each in deadlocks if self._robot in each.robots), None)
+        return missing if mine is None else f"{missing}; that lasts for ever, {mine.text}: {mine.remedy}"

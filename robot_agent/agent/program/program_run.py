@@ -16,6 +16,7 @@ from robot_agent.agent.planning.lookahead import Lookahead, Waiting
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, PlanFailed, Planned
 from robot_agent.agent.program.flag_counts import FlagCounts
+from robot_agent.agent.program.shared_variables import SharedVariables
 from robot_agent.language import (
     AwaitAnswer,
     AwaitInput,
@@ -42,11 +43,14 @@ from robot_agent.model.description import Mounted
 class ProgramRun:
     """Follows the program along the blocks that the gateway has accepted."""
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, cell_variables: SharedVariables) -> None:
         self._program = program
+        self.keys = program.keys
+        """The Zenoh keys that it asks for."""
         self.lookahead = Lookahead()
         self.outputs = OutputMarks()
-        self.flags = FlagCounts()
+        self.flags = FlagCounts(program.name, cell_variables)
+        self._cell_variables = cell_variables
         self.variables: dict[str, float] = {}
         """Of the newest run, as far as it was interpreted."""
         self.state = ProgramState.LOADED
@@ -93,10 +97,11 @@ class ProgramRun:
 
     def load(self, program: Program) -> None:
         """From here on it is about this program; none is running."""
-        self._program = program
+        self._program, self.keys = program, program.keys
         self.state, self.error, self.line = ProgramState.LOADED, "", 0
         self.variables, self.waited_s = {}, {}
         self.flags.drop()
+        self.flags.program = program.name
         self.lookahead.stop()
 
     def start(
@@ -119,6 +124,7 @@ class ProgramRun:
         self.correction, self.correction_ends = "", False
         self.outputs.drop()
         self.flags.drop()
+        part.begins.variables |= self._cell_variables.mine
         self.lookahead.start(part.program, q, mounted, begins=part.begins)
 
     def part(self, first_line: int | None, last_line: int | None, *, dry: bool) -> Excerpt:

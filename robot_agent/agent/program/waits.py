@@ -5,25 +5,38 @@ was before says nothing of what the program has just done. One that an operator 
 wait counts while the program goes on, forwards.
 """
 
+import math
 from dataclasses import replace
 
 from cell.messages import DriveFeedback, ProgramStatus
 from robot_agent.agent.program.forced_inputs import ForcedInputs
 from robot_agent.agent.program.pace import Pace
+from robot_agent.agent.program.plain_keys import PlainKeys
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.program.shared_variables import SharedVariables
 from robot_agent.agent.zones.gateway_signals import FRESH_S, GatewaySignals
-from robot_agent.language import AwaitAnswer, AwaitInput, Decide, Signal
+from robot_agent.language import AwaitAnswer, AwaitInput, Decide, Question, Relation
 
 
 class Waits:
     """At most one at a time, that of `run`."""
 
-    def __init__(self, robot: str, run: ProgramRun, pace: Pace, signals: GatewaySignals, forced: ForcedInputs) -> None:
+    def __init__(
+        self,
+        robot: str,
+        run: ProgramRun,
+        pace: Pace,
+        signals: GatewaySignals,
+        forced: ForcedInputs,
+        keys: PlainKeys,
+        variables: SharedVariables,
+    ) -> None:
         self._robot = robot
         self._run = run
         self._pace = pace
         self._signals = signals
         self.forced = forced
+        self._keys, self._variables = keys, variables
         self._step: AwaitInput | AwaitAnswer | Decide | None = None
         """The newest to which the program came."""
         self._waited = 0
@@ -107,29 +120,37 @@ class Waits:
         waits = isinstance(step, AwaitAnswer) and step is self._run.lookahead.head and not self._answered
         return step.flag if waits and isinstance(step, AwaitAnswer) else None
 
-    def _known_ahead(self, signal: Signal) -> bool | None:
+    def _known_ahead(self, question: Question) -> bool | None:
         """As it is now, for an IF that is decided ahead of the motion."""
-        return self._known(signal, FRESH_S)
+        return self._known(question, math.inf)
 
-    def _known_here(self, signal: Signal) -> bool | None:
-        """By what was measured since the program came here."""
-        return self._known(signal, self._here_s)
+    def _known_here(self, question: Question) -> bool | None:
+        """By what was measured, or told, since the program came here."""
+        return self._known(question, self._here_s)
 
     @property
     def _here_s(self) -> float:
-        return min(FRESH_S, self._now - self._since)
+        return self._now - self._since
 
-    def _known(self, signal: Signal, oldest_s: float) -> bool | None:
+    def _known(self, signal: Question, oldest_s: float) -> bool | None:
+        if isinstance(signal, Relation):
+            return self._variables.holds(signal, self._now, oldest_s)
         if signal.kind == "DI" and signal.name in self.forced.on:
             return self.forced.on[signal.name]
         if signal.kind == "DI":
-            return self._signals.closed(signal.name, self._now, oldest_s)
+            return self._signals.closed(signal.name, self._now, min(oldest_s, FRESH_S))
+        if signal.kind == "KEY":
+            return self._keys.on(signal, self._now, oldest_s)
         names = self._run.outputs.names
         return bool(self._outputs >> names.index(signal.name) & 1) if signal.name in names else None
 
-    def _why_unknown(self, signal: Signal) -> str:
+    def _why_unknown(self, signal: Question) -> str:
+        if isinstance(signal, Relation):
+            return self._variables.why_unknown(signal, self._now, self._here_s)
         if signal.kind == "DI":
-            return self._signals.why_unknown(signal.name, self._now, self._here_s)
+            return self._signals.why_unknown(signal.name, self._now, min(self._here_s, FRESH_S))
+        if signal.kind == "KEY":
+            return self._keys.why_unknown(signal, self._now, self._here_s)
         return f"its gateway knows no output {signal.name}"
 
     def _why_not(self, step: AwaitInput, is_on: bool | None) -> str:
@@ -139,5 +160,7 @@ class Waits:
         if step.signal.name in self.forced.on:
             ends = f"`cell input {self._robot} {step.signal.name} follow` ends that"
             return f"{step.signal} is forced {is_now}, WAIT DI goes on when it is {wanted}; {ends}"
+        if step.signal.kind == "KEY":
+            return f"{step.signal} is {is_now}, WAIT DI goes on when it is {wanted}"
         tried = f"`cell simulate input {self._robot} {step.signal.name} {wanted}`"
         return f"{step.signal} is {is_now}, WAIT DI goes on when it is {wanted}; in a simulated cell {tried}"

@@ -20,6 +20,12 @@ from robot_agent.agent.step.doing import Standing
 from robot_agent.agent.step.report import Reporter
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 
+_START_AGAIN = (
+    "; order it again, and where it is missed again begin the programs one after the other, this one by "
+    "`cell run {0}`: a first move that waits for a zone, or for room that another robot has, does not begin at a "
+    "common moment"
+)
+
 
 @dataclass(frozen=True, slots=True)
 class Progress:
@@ -74,7 +80,7 @@ class Progress:
         self.run.advance(executive.timeline, feedback.tick)
         if self.run.start_missed(feedback.tick):
             why = self.doing(mode).reason(executive, feedback.tick, now).text or "the robot was held up"
-            self.run.fail(f"the common start was missed: {why}")
+            self.run.fail(f"the common start was missed: {why}{_START_AGAIN.format(self.robot)}")
         self.run.settle(executive, feedback, executive.cycle_s)
         if late := self.meetings.follow(feedback.tick, executive.cycle_s, now):
             self.report.event(Severity.WARNING, "late_for_meeting", late, "see what delays the manager's messages")

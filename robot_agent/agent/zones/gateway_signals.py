@@ -11,7 +11,8 @@ from cell.messages import GatewayState, Heard, ManagerState
 from cell.net.freshness import NewestOf, Sent
 
 FRESH_S = 0.6
-"""What an input is counts for so long after the gateway can have said so; it does five times per second."""
+"""What an input is counts for so long after the gateway can have said so: after each manager state, or five times per
+second without one."""
 _REMEMBERED = 200
 """Manager states whose echo of this robot is remembered: more than come in the two seconds that a presence counts."""
 

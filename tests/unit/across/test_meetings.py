@@ -55,6 +55,7 @@ class Program:
     waits: Meet | None = None
     halted: bool = False
     held_up: str = ""
+    at_wait: object = None
     left_at: int | None = None
     failed: str = ""
 
@@ -467,3 +468,34 @@ def test_a_time_out_ends_the_program_with_the_names_of_the_missing(net: Network)
     )
     assert net.state is not None
     assert net.state.meetings["load"].there == ()
+
+
+def test_robots_that_wait_at_each_others_meetings_are_named_with_the_way_out(net: Network) -> None:
+    net.come("a")
+    net.agents["b"].program.waits = Meet(7, "other")
+    net.agents["c"].program.waits = Meet(9, "other")
+    net.settle(0.5)
+    assert "for ever" not in net.reason("a")
+    net.settle(1.5)
+    for name in "ab":
+        assert (
+            "that lasts for ever, a waits at meeting load for b; b waits at meeting other for a: their programs come "
+            "to these MEETs in different order: `cell halt b`, then `cell run b --from LINE` with the line behind its "
+            "MEET other, or `cell run b`" in net.reason(name)
+        )
+    assert net.state is not None
+    assert next(deadlock.robots for deadlock in net.state.deadlocks) == ("a", "b")
+    for name in "bc":
+        net.agents[name].program.waits = None
+        net.come(name)
+    net.settle(1.5)
+    assert net.state.deadlocks == ()
+    assert len(net.leaves) == 3
+
+
+def test_one_whose_program_waits_for_something_else_is_named_with_that(net: Network) -> None:
+    net.come("a")
+    flagged = net.agents["b"].program
+    flagged.at_wait, flagged.held_up = object(), "M 7 waits for an answer: `cell flag b 7`"
+    net.settle(0.3)
+    assert "waits for b, whose program waits: M 7 waits for an answer: `cell flag b 7`" in net.reason("a")

@@ -127,7 +127,10 @@ def test_a_robot_that_cannot_begin_in_time_does_not_begin_and_says_why() -> None
     until(world, lambda: world.state.program.state is ProgramState.FAILED)
     world.lose_blocks = False
     world.run(0.5)
-    assert world.state.program.error == "the common start was missed: the robot was held up"
+    assert world.state.program.error.startswith(
+        "the common start was missed: the robot was held up; order it again, and where it is missed again begin the "
+        "programs one after the other, this one by `cell run left`"
+    )
     np.testing.assert_array_equal(world.commanded, stood)
 
 
