@@ -79,6 +79,7 @@ from cell.messages.robot_commands import (
     SetPart,
     SetTool,
     Step,
+    Stop,
     Teach,
 )
 from cell.messages.robot_state import (
@@ -90,6 +91,7 @@ from cell.messages.robot_state import (
     ProgramStatus,
     Reserve,
     RobotState,
+    VirtualStatus,
 )
 from cell.messages.sections import Clearance, PlannedWay, Refusal, Sections, Way
 from cell.messages.setpoints import OutputEvent, SetpointBlock
@@ -195,6 +197,7 @@ __all__ = [
     "Severity",
     "SimulateInput",
     "Step",
+    "Stop",
     "SwitchOutput",
     "Teach",
     "TeachFrame",

@@ -42,6 +42,8 @@ class Run(Command):
     """End with this line."""
     dry: bool = False
     """Switch no outputs."""
+    virtual: bool = False
+    """Nothing moves and nothing is switched: the program runs in `RobotState.virtual` alone."""
 
 
 @command("robot")
@@ -61,6 +63,14 @@ class Halt(Command):
     """Brake on the path and stay there."""
 
     verb: ClassVar[str] = "halt"
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class Stop(Command):
+    """Brake on the path; the program, or the press of a jog key, has ended."""
+
+    verb: ClassVar[str] = "stop"
 
 
 @command("robot")

@@ -109,6 +109,26 @@ class Reserve:
     """How far it is from that limit [rad or m]; below zero beyond it."""
 
 
+@dataclass(frozen=True, slots=True)
+class VirtualStatus:
+    """A program that runs without its robot, as `RobotState` has one that runs with it: a picture, which moves nothing."""
+
+    mode: Mode
+    """Running or halted, like `program` that of the picture."""
+    program: ProgramStatus
+    joints: Annotated[tuple[Number, ...], Few] | None
+    tcp_position_m: Vector | None
+    tcp_quaternion_xyzw: tuple[Number, Number, Number, Number] | None
+    tcp_speed_m_s: Number | None
+    governor: GovernorStatus | None
+    pace: PaceStatus = PaceStatus()
+    waiting_for: Text = ""
+    outputs: Annotated[dict[Name, bool], Few] = field(default_factory=dict)
+    """What the robot's outputs would be; none of them is switched."""
+    tool: Name | None = ""
+    part: Name | None = ""
+
+
 @state("robot/{robot}/state")
 @dataclass(frozen=True, slots=True)
 class RobotState:
@@ -147,3 +167,5 @@ class RobotState:
     """Input that an operator has forced: what programs of this robot see of it, on or off."""
     clock: ClockStatus | None = None
     """None before a manager's state has answered this agent."""
+    virtual: VirtualStatus | None = None
+    """The picture of a virtual run while there is one; all else here is about the robot itself."""

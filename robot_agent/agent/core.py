@@ -12,6 +12,7 @@ from cell.core import Arrived, AskDone, Effect, Ended, Frozen, Publish, Request,
 from cell.messages import (
     AxisStatus,
     Body,
+    ClaimGrant,
     Clearance,
     ConveyorCount,
     Correction,
@@ -57,6 +58,8 @@ from robot_agent.agent.space.shared_space import SharedSpace, Use
 from robot_agent.agent.step.doing import doing
 from robot_agent.agent.step.progress import Progress
 from robot_agent.agent.step.report import Reporter
+from robot_agent.agent.virtual.looped_gateway import LoopedGateway
+from robot_agent.agent.virtual.virtual_run import VirtualRun
 from robot_agent.agent.zones.announcer import Announcer
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.dynamics import AxisTorques, axis_torques
@@ -131,9 +134,14 @@ class AgentCore:
         )
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
+        self._virtual: VirtualRun | None = None
+        self._virtual_runs = 0
+        """So many there were."""
 
     def receive(self, message: object, now: float) -> None:
         """Take one message; see `cell.core`."""
+        if self._virtual is not None and self._virtual.hear(message, now):
+            return
         match message:
             case Arrived(inner, at):
                 self.receive(inner, now)
@@ -182,11 +190,12 @@ class AgentCore:
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
+        ended = self._end_virtual(feedback is None, now)
         if self._leaving and self._may_leave(feedback, now):
-            effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(now)]
+            effects = [*ended, *self.operator.refuse_all("the agent is being stopped"), *self.link.release(now)]
             effects += self.report.take_events()
             return [*effects, Ended()] if self.link.released else effects
-        effects = [*self.teaching.answers(), *self.link.claim_if_due(now)]
+        effects = [*ended, *self.teaching.answers(), *self.link.claim_if_due(now)]
         if feedback is None or self.link.grant is None:
             self._without_claim()
             return (
@@ -205,6 +214,7 @@ class AgentCore:
             planner = self._plan_with(planner.mounting(self.mounted.present))
             self.clock.ticks_last(planner.cycle_s)
             self.corrections.place(planner.pose_world_base)
+        grant, axes = self.link.grant, feedback
         feedback = feedback_in_joints(planner.model.coupling, feedback)
         self.waits.look(feedback, planner.cycle_s, now)
         self._follow_drives(feedback, planner, now)
@@ -217,6 +227,7 @@ class AgentCore:
             effects.append(self.link.switch(DisableDrives(self._robot, feedback.owner)))
         effects += self._move(feedback, planner, now)
         effects += self._plan_ahead(feedback, now)
+        effects += self._step_virtual(grant, axes, now)
         effects.append(self._state(feedback, planner.mounting(self.mounted.present), now))
         return effects + self.report.take_events()
 
@@ -236,7 +247,7 @@ class AgentCore:
         standing = self._rest.standing
         return Situation(
             self.executive, planner, self._estops.first, feedback, refusal, self.clock, standing, kept_still,
-            self.zones.signals.input_names,
+            self.zones.signals.input_names, self._virtual is not None,
         )  # fmt: skip
 
     # What the drives, the e-stop and the manager impose on the mode
@@ -472,6 +483,44 @@ class AgentCore:
         """A motion is planned with the frames as they are known when the plan is asked for."""
         return Plan(replace(effect.request, frames=self._frames.present)) if isinstance(effect, Plan) else effect
 
+    # A virtual run
+
+    def _step_virtual(self, grant: ClaimGrant, axes: DriveFeedback, now: float) -> list[Effect]:
+        """Hand over what was asked for of a virtual run, the order to begin one among it, and step the run."""
+        for request in self.operator.take_virtual():
+            if self._virtual is None:
+                self._virtual = self._virtual_run(request, grant, axes, now)
+            else:
+                self._virtual.order(request)
+        if self._virtual is None:
+            return []
+        effects = self._virtual.step(self._announcer.newest, self.pace, now)
+        if self._virtual.over:
+            self._virtual = None
+        return effects
+
+    def _virtual_run(self, order: Request, grant: ClaimGrant, axes: DriveFeedback, now: float) -> VirtualRun:
+        """Of the present program, from where the robot stands, with what it carries and what is forced."""
+        times = replace(self._cell.times, idle_off_s=None)
+        cell = replace(self._cell, zones={}, separation=None, times=times)
+        core = AgentCore(cell, self._robot, self._planner_for, self.run.program, self._boot)
+        core.mounted.follow(self.mounted)
+        core.forced.on = self.forced.on  # what is forced later counts, too
+        for frame in self._frames.present:
+            core.receive(frame, now)
+        self._virtual_runs += 1
+        grant = replace(grant, gateway_boot="virtual", torques=False, epoch=0)
+        begins = axes.commanded if axes.enabled else axes.position
+        gateway = LoopedGateway(self._robot, grant, begins, axes.outputs, now)
+        return VirtualRun(self._robot, core, gateway, order, self._virtual_runs, self.report.event)
+
+    def _end_virtual(self, unclaimed: bool, now: float) -> list[Effect]:
+        """A virtual run has to end when its agent does, or loses the robot."""
+        if self._virtual is None or not (unclaimed or self._leaving):
+            return []
+        virtual, self._virtual = self._virtual, None
+        return virtual.cut("the agent is being stopped" if self._leaving else "the claim on the gateway was lost", now)
+
     # Messages
 
     @property
@@ -517,5 +566,6 @@ class AgentCore:
         program, clock = self.waits.told(state.program), self.clock.status(now)
         mounted = self.mounted
         state = replace(state, program=program, frames=frames, tool=mounted.tool, part=mounted.part, clock=clock)
-        state = replace(state, forced=dict(self.forced.on))
+        virtual = None if self._virtual is None else self._virtual.status
+        state = replace(state, forced=dict(self.forced.on), virtual=virtual)
         return Publish(state)

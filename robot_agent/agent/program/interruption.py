@@ -97,6 +97,11 @@ class Interruption:
         led = bool(self._run.correction) or self._run.correction_ends
         return self._run.running and self._stretch is not None and not led and not self._run.starting
 
+    def stop(self) -> None:
+        """An operator has ended the program."""
+        self._drop_way()
+        self._run.stop()
+
     def forget(self, why: str) -> None:
         """The program has ended, or it is not known any more where it was."""
         self._drop_way()

@@ -31,6 +31,11 @@ class MountedNow:
         self._part_known = not self.parts
         self.present = Mounted(described.mounted.tools if self._tool_known else self.tools, self.parts)
 
+    def follow(self, other: "MountedNow") -> None:
+        """All that is known there."""
+        self.present, self.tools, self.parts = other.present, other.tools, other.parts
+        self._tool_known, self._part_known = other._tool_known, other._part_known
+
     def take(self, mounted: Mounted) -> None:
         """From here on it carries this, by a program, which runs only where all that it changes is known."""
         self.present = mounted

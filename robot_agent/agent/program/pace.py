@@ -39,6 +39,10 @@ class Pace:
         self._stepping = False
         self._end: _StepEnd | None = None
 
+    def follow(self, other: "Pace") -> None:
+        """Speed and direction as an operator has set them there."""
+        self.override, self.manual = other.override, other.manual
+
     @property
     def status(self) -> PaceStatus:
         return PaceStatus(self.override, self.manual, self._stepping)
