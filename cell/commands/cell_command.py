@@ -29,6 +29,7 @@ COMMANDS = {
     "run": Subcommand(".operator.robot_orders", "run", f"cell run left right -f {FILE}"),
     "load": Subcommand(".operator.robot_orders", "load", f"cell load left programs/left.prog -f {FILE}"),
     "halt": Subcommand(".operator.robot_orders", "halt", f"cell halt left -f {FILE}"),
+    "stop": Subcommand(".operator.robot_orders", "stop", f"cell stop left -f {FILE}"),
     "continue": Subcommand(".operator.robot_orders", "continue_", f"cell continue left -f {FILE}"),
     "return": Subcommand(".operator.robot_orders", "return_", f"cell return left -f {FILE}"),
     "step": Subcommand(".operator.robot_orders", "step", f"cell step left -f {FILE}"),

@@ -40,7 +40,7 @@ def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
         state = seen.robots.get(robot)
         cells = _cells(state, robot not in lost)
         text.append(row(robot, *cells) + "\n", "bold red" if state is None or state.mode in ALARMED else "")
-        reason = labelled_why(state) + waited_text(state) if state is not None else "its agent does not answer"
+        reason = labelled_why(state) + waited_text(state) + virtual_place(state) if state is not None else "its agent does not answer"
         if robot in lost and not reason:
             reason = f"not referenced: {lost[robot]}"
         text.append(_indented(reason, robots + 2, width) + "\n", "yellow")
@@ -79,10 +79,11 @@ def why(state: RobotState) -> str:
 
 
 def labelled_why(state: RobotState) -> str:
-    """`why` with what it is in front of it, so that waiting does not look like an alarm; then pace, part and forces."""
+    """`why` with what it is in front of it, so that waiting does not look like an alarm; then all else that is unusual."""
     reason = why(state)
     labelled = f"{_label(state, reason)}: {reason}" if reason else ""
-    return "; ".join(filter(None, (labelled, pace_text(state), mounted_text(state), forced_text(state))))
+    told = labelled, pace_text(state), mounted_text(state), forced_text(state), virtual_text(state)
+    return "; ".join(filter(None, told))
 
 
 def waited_text(state: RobotState) -> str:
@@ -123,6 +124,21 @@ def forced_text(state: RobotState) -> str:
     """What is forced, and to what; empty for nothing."""
     inputs = ", ".join(f"{name} {'on' if on else 'off'}" for name, on in state.forced.items())
     return f"forced for its programs: {inputs}" if inputs else ""
+
+
+def virtual_text(state: RobotState) -> str:
+    """What a virtual run does, and why it waits; empty without one."""
+    seen = state.virtual
+    if seen is None:
+        return ""
+    waits = f", waits: {seen.waiting_for}" if seen.waiting_for else ""
+    return f"virtual run {seen.mode.value}, line {seen.program.line} {seen.program.text or seen.program.name}{waits}"
+
+
+def virtual_place(state: RobotState) -> str:
+    """Where the TCP of a virtual run is; empty without one."""
+    position_m = None if state.virtual is None else state.virtual.tcp_position_m
+    return "" if position_m is None else f", TCP at {' '.join(f'{1000.0 * value:.1f}' for value in position_m)}"
 
 
 def robot_line(robot: str, state: RobotState | None) -> str:

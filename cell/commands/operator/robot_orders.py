@@ -26,6 +26,7 @@ from cell.messages import (
     SetPart,
     SetTool,
     Step,
+    Stop,
 )
 
 PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
@@ -84,6 +85,9 @@ def run(
     first_line: FirstLineOption = None,
     last_line: LastLineOption = None,
     dry: Annotated[bool, typer.Option("--dry", help="Move, but switch no output.")] = False,
+    virtual: Annotated[
+        bool, typer.Option("--virtual", help="Neither move nor switch: only a picture, which `cell status` shows.")
+    ] = False,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
@@ -91,13 +95,17 @@ def run(
 
     A robot that cannot begin then does not begin at all; one that cannot end in time ends as soon as it can. When one
     refuses, the others are halted before the start. With --from the robot moves from where it stands to the target of
-    that line: look at the way first.
+    that line: look at the way first. With --virtual it stays where it is, with its drives off or in a fault too, asks
+    for no zone and no room, and takes no other order to move until the run has ended; halt, continue, step, stop,
+    override and flag are about that run.
     """
     if len(robots) == 1 and ahead is None and last is None:
-        _order(robots[0], Run(first_line=first_line, last_line=last_line, dry=dry), file, endpoint)
+        part = Run(first_line=first_line, last_line=last_line, dry=dry, virtual=virtual)
+        _order(robots[0], part, file, endpoint)
         return
-    if dry or first_line is not None or last_line is not None:
-        raise CommandError("--from, --to and --dry for a common start", "leave them out, or run one robot at once")
+    if dry or virtual or first_line is not None or last_line is not None:
+        found = "--from, --to, --dry and --virtual for a common start"
+        raise CommandError(found, "leave them out, or run one robot at once")
     with connect(file, endpoint) as operator:
         run_together(operator, robots, AHEAD_S if ahead is None else ahead, last)
 
@@ -125,6 +133,14 @@ def load(
 def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
     """Brake a robot on its path; `cell continue` goes on from there."""
     _order(robot, Halt(), file, endpoint)
+
+
+def stop(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Brake a robot on its path and end its program, also one that is halted or interrupted; a jog ends as well.
+
+    It replaces no emergency stop: the drives stay switched on, and the robot takes the next order.
+    """
+    _order(robot, Stop(), file, endpoint)
 
 
 def continue_(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:

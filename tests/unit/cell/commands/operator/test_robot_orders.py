@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from cell.commands.cell_command import app
 from cell.commands.operator import robot_orders
-from cell.messages import Command, ForceInput, Load, Reply
+from cell.messages import Command, ForceInput, Load, Reply, Run, Stop
 
 
 @pytest.fixture
@@ -34,6 +34,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Command]:
     [
         ("load left", Load(None)),
         ("load left parts/lid.prog", Load("parts/lid.prog")),
+        ("run left --virtual", Run(virtual=True)),
+        ("run left --virtual --from 3", Run(first_line=3, virtual=True)),
+        ("stop left", Stop()),
         ("input left part on", ForceInput("part", True)),
         ("input left part off", ForceInput("part", False)),
         ("input left part follow", ForceInput("part", None)),
