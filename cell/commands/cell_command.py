@@ -34,6 +34,7 @@ COMMANDS = {
     "return": Subcommand(".operator.robot_orders", "return_", f"cell return left -f {FILE}"),
     "step": Subcommand(".operator.robot_orders", "step", f"cell step left -f {FILE}"),
     "override": Subcommand(".operator.robot_orders", "override", f"cell override left 30 -f {FILE}"),
+    "set": Subcommand(".operator.robot_orders", "set_", f"cell set left joint_speed 50 -f {FILE}"),
     "tool": Subcommand(".operator.robot_orders", "tool", f"cell tool left none -f {FILE}"),
     "part": Subcommand(".operator.robot_orders", "part", f"cell part left none -f {FILE}"),
     "flag": Subcommand(".operator.robot_orders", "flag", f"cell flag left 7 -f {FILE}"),

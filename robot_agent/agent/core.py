@@ -43,6 +43,7 @@ from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.loading import Loading, ProgramNotRead, ProgramRead
 from robot_agent.agent.operator.operator import OperatorCalls
 from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, Teaching
+from robot_agent.agent.parameters import Parameters
 from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.passed import Passed
 from robot_agent.agent.planning.planner import Planner
@@ -83,8 +84,12 @@ class AgentCore:
         planner_for: Callable[[float, tuple[float, ...]], Planner],
         program: Program,
         boot: str,
+        parameters: Parameters | None = None,
     ) -> None:
-        """`planner_for` gives the robot's planner for the cycle [s] and the quick stop that a claim tells."""
+        """`planner_for` gives the robot's planner for the cycle [s] and the quick stop that a claim tells.
+
+        `parameters` are another core's, where that one's count here too.
+        """
         self._cell = cell
         self._robot = robot
         self._boot = boot
@@ -101,11 +106,13 @@ class AgentCore:
         self._frames = HeardFrames(cell.robots[robot].things, program.frames)
         self.run = ProgramRun(program)
         self.report = Reporter(robot, boot)
-        self.pace = Pace()
+        self.parameters = parameters or Parameters(robot, cell.robots[robot].path_window, self.report.event)
+        self.run.lookahead.tuning = lambda: self.parameters.now.of_plans()
+        self.pace = Pace(self.parameters)
         self.clock = CellClock(robot, self.zones.sent, cell.times.clock_error_s)
         self.jogging = Jogging(robot, self.zones, self.space)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones, self.space)
-        self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
+        self.interruption = Interruption(robot, self.parameters, self.run, self.pace, self.zones)
         self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
         self.mounted = MountedNow()
         self.teaching = Teaching(robot, cell, program, self._frames)
@@ -113,7 +120,7 @@ class AgentCore:
         self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced)
         doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted
         self.loading = Loading(robot, cell, self.report.event)
-        decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits)
+        decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits, self.parameters)
         self.operator = OperatorCalls(
             robot, boot, cell.times.command_s, self.link, decisions, self.teaching, self.loading
         )
@@ -210,6 +217,7 @@ class AgentCore:
         planner, told = self._planner, (self.link.grant.cycle_s, self.link.grant.quick_stop)
         if planner is None or told != (planner.cycle_s, planner.quick_stop):
             planner = self._planner_for(*told)
+            self.parameters.declare(planner.limits)
             self.mounted.declare(planner.model.description, changes_tools=self.run.changes_tools)
             planner = self._plan_with(planner.mounting(self.mounted.present))
             self.clock.ticks_last(planner.cycle_s)
@@ -503,7 +511,7 @@ class AgentCore:
         """Of the present program, from where the robot stands, with what it carries and what is forced."""
         times = replace(self._cell.times, idle_off_s=None)
         cell = replace(self._cell, zones={}, separation=None, times=times)
-        core = AgentCore(cell, self._robot, self._planner_for, self.run.program, self._boot)
+        core = AgentCore(cell, self._robot, self._planner_for, self.run.program, self._boot, self.parameters)
         core.mounted.follow(self.mounted)
         core.forced.on = self.forced.on  # what is forced later counts, too
         for frame in self._frames.present:
@@ -567,5 +575,5 @@ class AgentCore:
         mounted = self.mounted
         state = replace(state, program=program, frames=frames, tool=mounted.tool, part=mounted.part, clock=clock)
         virtual = None if self._virtual is None else self._virtual.status
-        state = replace(state, forced=dict(self.forced.on), virtual=virtual)
+        state = replace(state, forced=dict(self.forced.on), virtual=virtual, parameters=self.parameters.status(now))
         return Publish(state)

@@ -1,4 +1,4 @@
-"""One robot runs virtually beside another one that moves, over a bad network: nobody waits for it, nothing moves by it."""
+"""One robot runs virtually beside another one that moves, in bad weather: nobody waits for it, nothing moves by it."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ class Watched:
         world.on_published.append(self._published)
         world.on_feedback.append(self._feedback)
 
-    def _published(self, name: str, message: object) -> None:
+    def _published(self, _: str, message: object) -> None:
         match message:
             case RobotState(robot="left"):
                 self.left.append(message)
@@ -70,8 +70,10 @@ def test_beside_a_virtual_run_another_robot_works_as_if_there_were_none(tmp_path
     order("left", Run(virtual=True), "VirtualStatus")
     done = world.clock.run_until(
         world.clock.now + 40.0,
-        lambda: world.seen.robots["right"].program.state is ProgramState.DONE
-        and "virtual_ended" in [event.code for event in world.seen.events],
+        lambda: (
+            world.seen.robots["right"].program.state is ProgramState.DONE
+            and "virtual_ended" in [event.code for event in world.seen.events]
+        ),
     )
     assert done, world.seen.robots
     assert watched.both_inside

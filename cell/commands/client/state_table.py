@@ -40,7 +40,9 @@ def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
         state = seen.robots.get(robot)
         cells = _cells(state, robot not in lost)
         text.append(row(robot, *cells) + "\n", "bold red" if state is None or state.mode in ALARMED else "")
-        reason = labelled_why(state) + waited_text(state) + virtual_place(state) if state is not None else "its agent does not answer"
+        reason = "its agent does not answer"
+        if state is not None:
+            reason = labelled_why(state) + waited_text(state) + virtual_place(state)
         if robot in lost and not reason:
             reason = f"not referenced: {lost[robot]}"
         text.append(_indented(reason, robots + 2, width) + "\n", "yellow")
@@ -79,10 +81,10 @@ def why(state: RobotState) -> str:
 
 
 def labelled_why(state: RobotState) -> str:
-    """`why` with what it is in front of it, so that waiting does not look like an alarm; then all else that is unusual."""
+    """`why` with what it is in front of it, so that waiting does not look like an alarm; then what else is unusual."""
     reason = why(state)
     labelled = f"{_label(state, reason)}: {reason}" if reason else ""
-    told = labelled, pace_text(state), mounted_text(state), forced_text(state), virtual_text(state)
+    told = labelled, pace_text(state), mounted_text(state), forced_text(state), virtual_text(state), set_text(state)
     return "; ".join(filter(None, told))
 
 
@@ -124,6 +126,12 @@ def forced_text(state: RobotState) -> str:
     """What is forced, and to what; empty for nothing."""
     inputs = ", ".join(f"{name} {'on' if on else 'off'}" for name, on in state.forced.items())
     return f"forced for its programs: {inputs}" if inputs else ""
+
+
+def set_text(state: RobotState) -> str:
+    """The parameters that are set; empty for none."""
+    values = (f"{name} {each.value:g} {each.unit}" for name, each in state.parameters.items())
+    return f"set: {told}" if (told := ", ".join(values)) else ""
 
 
 def virtual_text(state: RobotState) -> str:

@@ -1,5 +1,6 @@
 """`cell run` and the other orders to one robot that are a word and at most one value."""
 
+import math
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -7,6 +8,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.client.connection import connect, report
+from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.operator.common_start import AHEAD_S, run_together
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
@@ -18,11 +20,13 @@ from cell.messages import (
     Enable,
     ForceInput,
     Halt,
+    ListParameters,
     Load,
     Return,
     Run,
     SetManual,
     SetOverride,
+    SetParameter,
     SetPart,
     SetTool,
     Step,
@@ -179,6 +183,42 @@ def manual(
 ) -> None:
     """Bound a robot's TCP to 250 mm/s (manual operation), or not. It replaces no safety-rated speed monitoring."""
     _order(robot, SetManual(switch is OnOff.ON), file, endpoint)
+
+
+def set_(
+    robot: RobotArgument,
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="Of the list.", show_default=False)] = None,
+    value: Annotated[
+        str | None,
+        typer.Argument(metavar="VALUE|file", help="In its unit; file: as the files say, again.", show_default=False),
+    ] = None,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Change a parameter of a robot while it works; without NAME list all that may be changed, with their ranges.
+
+    What shapes a motion counts with the next one that begins at rest, so nothing jumps. It lasts until `file` or the
+    end of the agent, and is written into no file. `cell status` shows what is set.
+    """
+    _order(robot, _parameter_order(robot, name, value), file, endpoint)
+
+
+def _parameter_order(robot: str, name: str | None, value: str | None) -> Command:
+    """Raises `CommandError` for a value that is missing, or is no number."""
+    if name is None:
+        return ListParameters()
+    lists = f"`cell set {robot}` lists names, units and ranges"
+    if value is None:
+        raise CommandError(f"{name} without a value; allowed is a number in its unit, or file", lists)
+    if value.lower() == "file":
+        return SetParameter(name, None, operator_name())
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise CommandError(f"{name}: {value!r} found, allowed is a number in its unit, or file", lists)
+    return SetParameter(name, number, operator_name())
 
 
 def tool(

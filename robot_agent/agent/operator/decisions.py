@@ -21,6 +21,7 @@ from cell.messages import (
     ForceInput,
     Go,
     Jog,
+    ListParameters,
     ListPoints,
     Load,
     Mode,
@@ -30,10 +31,10 @@ from cell.messages import (
     Run,
     SetManual,
     SetOverride,
+    SetParameter,
     SetPart,
     SetTool,
     Step,
-    Stop,
     Teach,
 )
 from robot_agent.agent.blocks.corrections import Corrections
@@ -43,11 +44,12 @@ from robot_agent.agent.mode import ModeEvent, after, moves, stands
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.loading import Loading, NotLoaded
 from robot_agent.agent.operator.teaching import Teaching, Untaught
+from robot_agent.agent.parameters import NotSet, Parameters
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.forced_inputs import NotForced
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.mounted_now import MountedNow
-from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
+from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.path_gap import Gap
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.program.waits import Waits
@@ -143,6 +145,7 @@ class Decisions:
         teaching: Teaching,
         loading: Loading,
         waits: Waits,
+        parameters: Parameters,
     ) -> None:
         self._robot = robot
         self._teaching = teaching
@@ -151,6 +154,7 @@ class Decisions:
         self._interruption = interruption
         self._mounted = mounted
         self._waits = waits
+        self._parameters = parameters
         self._pace = pace
         self._jogging = jogging
         self._corrections = corrections
@@ -222,6 +226,13 @@ class Decisions:
                 return self._force(command, mode, situation)
             case Jog() | Go():
                 return self._jog(command, mode, situation, made_at)
+            case SetParameter():
+                try:
+                    return Done(self._parameters.set(command.name, command.value, command.by, now), mode)
+                except NotSet as error:
+                    return Refused(str(error))
+            case ListParameters():
+                return Done(self._parameters.told(now), mode)
             case Teach():
                 return self._teach(command, situation)
             case Load():
@@ -549,7 +560,9 @@ class Decisions:
         self._pace.manual = on
         if not on:
             return Done(f"{self._robot} is in automatic operation, at its planned speed", mode)
-        return Done(f"{self._robot} is in manual operation, at most {1000.0 * MANUAL_SPEED_M_S:.0f} mm/s", mode)
+        return Done(
+            f"{self._robot} is in manual operation, at most {1000.0 * self._pace.manual_speed_m_s:.4g} mm/s", mode
+        )
 
     def _reset(self, mode: Mode, situation: Situation) -> Done | Refused | Passed:
         if mode is Mode.FAULT:

@@ -207,5 +207,5 @@ class VirtualRun:
             return None
         return VirtualStatus(
             seen.mode, seen.program, seen.joints, seen.tcp_position_m, seen.tcp_quaternion_xyzw, seen.tcp_speed_m_s,
-            seen.governor, seen.pace, seen.waiting_for, self._gateway.outputs, seen.tool, seen.part,
+            seen.governor, seen.move, seen.pace, seen.waiting_for, self._gateway.outputs, seen.tool, seen.part,
         )  # fmt: skip

@@ -23,6 +23,7 @@ from cell.messages import (
     MeetingStatus,
     Mode,
     NodeStatus,
+    ParameterStatus,
     ProgramState,
     ProgramStatus,
     RobotState,
@@ -55,6 +56,11 @@ def test_a_robot_that_waits_says_for_what() -> None:
 def test_inputs_that_are_forced_are_shown_whatever_the_robot_does() -> None:
     forced = dataclasses.replace(RUNNING, forced={"part": True, "door": False})
     assert robot_line("left", forced).endswith("ML X=1650, forced for its programs: part on, door off")
+
+
+def test_what_is_set_is_shown() -> None:
+    set_to = {"filter": ParameterStatus(200.0, "ms", "ann@desk", 3.0)}
+    assert robot_line("left", dataclasses.replace(RUNNING, parameters=set_to)).endswith("ML X=1650, set: filter 200 ms")
 
 
 def test_a_virtual_run_is_shown_beside_what_the_robot_does() -> None:

@@ -50,7 +50,9 @@ def test_a_virtual_run_moves_a_picture_and_nothing_else() -> None:
     until(world, lambda: over(world))
     assert np.ptp(picture(world), axis=0)[0] > 0.3
     assert all((block.position == before).all() and not block.events for block in world.blocks[blocks:])
-    assert all(each.standing is False and each.stop_time_s == 0.0 and not each.wants for each in world.presences[presences:])
+    assert all(
+        each.standing is False and each.stop_time_s == 0.0 and not each.wants for each in world.presences[presences:]
+    )
     assert {state.mode for state in world.states[-100:]} == {Mode.READY}
     assert {state.program.state for state in world.states[-100:]} == {ProgramState.LOADED}
     assert "virtual run of left.prog is done; nothing was moved" in world.events[-1].text
