@@ -238,7 +238,7 @@ class Parameters:
         if value is not None:
             self._set[name] = _Set(value, by, now)
         shown = _number(parameter.filed(filed) / parameter.si if value is None else value)
-        text = f"{name} of {self._robot} is {shown} {parameter.unit}"
+        text = f"{self._robot} has {name} {shown} {parameter.unit}"
         if value is None:
             text += ", as its files say"
         self._event(Severity.INFO, "parameter_set", f"{text}; by {by}", "")

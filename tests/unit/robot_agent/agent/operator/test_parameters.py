@@ -70,7 +70,7 @@ def test_what_is_set_is_told_with_who_and_since_when_and_goes_back_to_the_file()
     world = enabled(SHORT)
     reply = answered(world, "path_speed", 100.0)
     assert reply.text == (
-        "path_speed of left is 100 mm/s; it counts with the next motion that begins at rest, until "
+        "left has path_speed 100 mm/s; it counts with the next motion that begins at rest, until "
         "`cell set left path_speed file` or the end of its agent"
     )
     world.run(1.0)

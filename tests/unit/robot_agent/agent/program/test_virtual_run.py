@@ -1,25 +1,33 @@
 """A program that runs without its robot: a picture in the state, and nothing else."""
 
+from collections.abc import Iterable
+
 import numpy as np
 import pytest
 
 from cell.config.settings import SeparationSettings
+from cell.core import Effect, Publish
 from cell.messages import (
     AnswerFlag,
     Continue,
     Enable,
+    Estop,
     ForceInput,
     Halt,
     Jog,
     JogFrame,
     Mode,
+    Presence,
     ProgramState,
     Run,
     SetOverride,
+    SetpointBlock,
+    SetupStatus,
     Severity,
     Step,
     Stop,
 )
+from robot_agent.agent.virtual.virtual_run import VirtualRun
 from tests.unit.agent_runs import INTO_ZONE, SHORT, enabled, ended, running, until
 from tests.unit.agent_world import STEP_S, AgentWorld
 from tests.unit.measured_world import START, Measured
@@ -44,18 +52,58 @@ def picture(world: AgentWorld) -> list[np.ndarray]:
     return [np.array(state.virtual.joints) for state in world.states if state.virtual is not None]
 
 
+def nothing_left(world: AgentWorld, since: tuple[int, int]) -> None:
+    """Since so many blocks and presences the robot was sent nothing but where it stands, and asked for nothing."""
+    blocks, presences = world.blocks[since[0] :], world.presences[since[1] :]
+    assert all((block.position == world.played[0]).all() and not block.events for block in blocks)
+    assert len({block.sequence for block in blocks}) == len(blocks)
+    assert len({each.sequence for each in presences}) == len(presences)
+    assert all(each.stop_time_s == 0.0 and not each.wants and each.mode is Mode.READY for each in presences)
+    assert world.switched == []
+
+
 def test_a_virtual_run_moves_a_picture_and_nothing_else() -> None:
-    world = virtual(SHORT)
-    before, blocks, presences = np.array(world.commanded), len(world.blocks), len(world.presences)
+    world = enabled(SWITCHING, outputs=("gripper",))
+    since = len(world.blocks), len(world.presences)
+    virtual(SWITCHING, world)
     until(world, lambda: over(world))
     assert np.ptp(picture(world), axis=0)[0] > 0.3
-    assert all((block.position == before).all() and not block.events for block in world.blocks[blocks:])
-    assert all(
-        each.standing is False and each.stop_time_s == 0.0 and not each.wants for each in world.presences[presences:]
-    )
+    nothing_left(world, since)
     assert {state.mode for state in world.states[-100:]} == {Mode.READY}
     assert {state.program.state for state in world.states[-100:]} == {ProgramState.LOADED}
     assert "virtual run of left.prog is done; nothing was moved" in world.events[-1].text
+
+
+@pytest.mark.parametrize("leaks", [SetpointBlock, Presence])
+def test_planted_fault_whatever_the_sink_lets_out_is_seen(monkeypatch: pytest.MonkeyPatch, leaks: type) -> None:
+    kept_in = VirtualRun._sink
+
+    def leaky(self: VirtualRun, effects: Iterable[Effect], now: float) -> list[Effect]:
+        effects = list(effects)
+        out = kept_in(self, effects, now)
+        return out + [each for each in effects if isinstance(each, Publish) and isinstance(each.message, leaks)]
+
+    monkeypatch.setattr(VirtualRun, "_sink", leaky)
+    world = enabled(SWITCHING, outputs=("gripper",))
+    since = len(world.blocks), len(world.presences)
+    virtual(SWITCHING, world)
+    with pytest.raises(AssertionError):
+        _run_out(world, since)
+
+
+def _run_out(world: AgentWorld, since: tuple[int, int]) -> None:
+    until(world, lambda: over(world))
+    nothing_left(world, since)
+
+
+def test_neither_an_emergency_stop_nor_a_set_up_of_another_robot_is_about_the_picture() -> None:
+    world = virtual(SHORT)
+    world.setup = SetupStatus("right", True)
+    world.agent.receive(Estop("e1", True, "ann", "door"), world.now)
+    world.run(0.2)
+    assert world.state.mode is Mode.ESTOP
+    until(world, lambda: over(world))
+    assert world.events[-1].severity is Severity.INFO
 
 
 def test_the_picture_is_what_the_robot_does_when_it_runs() -> None:
