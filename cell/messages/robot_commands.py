@@ -5,7 +5,7 @@ from enum import Enum
 from typing import ClassVar
 
 from cell.messages.call import SWITCHED_ON_WITHIN_S, Command, command
-from cell.messages.common import CellTime, Count, Name, Number, Text
+from cell.messages.common import CellTime, Count, Name, Number, Text, Words
 from cell.messages.jog import JogFrame
 
 
@@ -42,6 +42,8 @@ class Run(Command):
     """End with this line."""
     dry: bool = False
     """Switch no outputs."""
+    virtual: bool = False
+    """Nothing moves and nothing is switched: the program runs in `RobotState.virtual` alone."""
 
 
 @command("robot")
@@ -61,6 +63,14 @@ class Halt(Command):
     """Brake on the path and stay there."""
 
     verb: ClassVar[str] = "halt"
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class Stop(Command):
+    """Brake on the path; the program, or the press of a jog key, has ended."""
+
+    verb: ClassVar[str] = "stop"
 
 
 @command("robot")
@@ -103,6 +113,26 @@ class SetManual(Command):
 
     verb: ClassVar[str] = "manual"
     on: bool
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class SetParameter(Command):
+    """Give a parameter another value until the end of the agent; docs/commanding.md has names, units and ranges."""
+
+    verb: ClassVar[str] = "set"
+    name: Name
+    value: Number | None
+    """None: as the files say, again."""
+    by: Words
+
+
+@command("robot")
+@dataclass(frozen=True, slots=True)
+class ListParameters(Command):
+    """The reply's text says which parameters may be set, their values and ranges."""
+
+    verb: ClassVar[str] = "parameters"
 
 
 @command("robot")

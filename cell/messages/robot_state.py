@@ -6,7 +6,7 @@ from typing import Annotated
 
 from annotated_types import Ge, Le
 
-from cell.messages.common import ClockStatus, Count, Duration, Few, Name, Number, Text, Vector
+from cell.messages.common import ClockStatus, Count, Duration, Few, Length, Name, Number, Text, Vector, Words
 from cell.messages.state import state
 
 
@@ -109,6 +109,55 @@ class Reserve:
     """How far it is from that limit [rad or m]; below zero beyond it."""
 
 
+@dataclass(frozen=True, slots=True)
+class MoveStatus:
+    """The move of the program that the robot is on: how long it is, how much of that is done, and where it ends."""
+
+    length_m: Length
+    """Way of the TCP, without a tool of the flange; also of a joint move."""
+    done_m: Length
+    duration_s: Duration
+    """As planned, without an override, a hold or a wait."""
+    done_s: Duration
+    target_joints: Annotated[tuple[Number, ...], Few]
+    """[rad or m]"""
+    target_position_m: Vector
+    """Of the TCP in world; where a corner is rounded, in its middle. What is followed leads beside it."""
+    target_quaternion_xyzw: tuple[Number, Number, Number, Number]
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterStatus:
+    """A parameter that an operator has set."""
+
+    value: Number
+    unit: Name
+    by: Words
+    since_s: Duration
+    """So long ago."""
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualStatus:
+    """A program that runs without its robot, told as `RobotState` tells one that moves it: a picture."""
+
+    mode: Mode
+    """Running or halted, like `program` that of the picture."""
+    program: ProgramStatus
+    joints: Annotated[tuple[Number, ...], Few] | None
+    tcp_position_m: Vector | None
+    tcp_quaternion_xyzw: tuple[Number, Number, Number, Number] | None
+    tcp_speed_m_s: Number | None
+    governor: GovernorStatus | None
+    move: MoveStatus | None = None
+    pace: PaceStatus = PaceStatus()
+    waiting_for: Text = ""
+    outputs: Annotated[dict[Name, bool], Few] = field(default_factory=dict)
+    """What the robot's outputs would be; none of them is switched."""
+    tool: Name | None = ""
+    part: Name | None = ""
+
+
 @state("robot/{robot}/state")
 @dataclass(frozen=True, slots=True)
 class RobotState:
@@ -147,3 +196,9 @@ class RobotState:
     """Input that an operator has forced: what programs of this robot see of it, on or off."""
     clock: ClockStatus | None = None
     """None before a manager's state has answered this agent."""
+    move: MoveStatus | None = None
+    """None where no program runs or is halted."""
+    parameters: Annotated[dict[Name, ParameterStatus], Few] = field(default_factory=dict)
+    """Those that an operator has set since the agent was started; the others are as the files say."""
+    virtual: VirtualStatus | None = None
+    """The picture of a virtual run while there is one; all else here is about the robot itself."""

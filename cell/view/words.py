@@ -49,6 +49,27 @@ def forced_text(state: RobotState) -> str:
     return f"forced for its programs: {inputs}" if inputs else ""
 
 
+def set_text(state: RobotState) -> str:
+    """The parameters that are set; empty for none."""
+    values = (f"{name} {each.value:g} {each.unit}" for name, each in state.parameters.items())
+    return f"set: {told}" if (told := ", ".join(values)) else ""
+
+
+def virtual_text(state: RobotState) -> str:
+    """What a virtual run does, and why it waits; empty without one."""
+    seen = state.virtual
+    if seen is None:
+        return ""
+    waits = f", waits: {seen.waiting_for}" if seen.waiting_for else ""
+    return f"virtual run {seen.mode.value}, line {seen.program.line} {seen.program.text or seen.program.name}{waits}"
+
+
+def virtual_place(state: RobotState) -> str:
+    """Where the TCP of a virtual run is; empty without one."""
+    position_m = None if state.virtual is None else state.virtual.tcp_position_m
+    return "" if position_m is None else f", TCP at {' '.join(f'{1000.0 * value:.1f}' for value in position_m)}"
+
+
 def waited_text(state: RobotState) -> str:
     """How long the program has waited at its WAIT DI, IF or M; empty elsewhere."""
     waits_s = state.program.waits_s

@@ -13,6 +13,7 @@ from cell.messages import (
     AxisStatus,
     Body,
     CellVariables,
+    ClaimGrant,
     Clearance,
     ConveyorCount,
     Correction,
@@ -45,6 +46,7 @@ from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.loading import Loading, ProgramNotRead, ProgramRead
 from robot_agent.agent.operator.operator import OperatorCalls
 from robot_agent.agent.operator.teaching import PointNotWritten, PointWritten, Teaching
+from robot_agent.agent.parameters import Parameters
 from robot_agent.agent.planning.heard_frames import HeardFrames
 from robot_agent.agent.planning.passed import Passed
 from robot_agent.agent.planning.planner import Planner
@@ -62,6 +64,8 @@ from robot_agent.agent.space.shared_space import SharedSpace, Use
 from robot_agent.agent.step.doing import doing
 from robot_agent.agent.step.progress import Progress
 from robot_agent.agent.step.report import Reporter
+from robot_agent.agent.virtual.looped_gateway import LoopedGateway
+from robot_agent.agent.virtual.virtual_run import VirtualRun
 from robot_agent.agent.zones.announcer import Announcer
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.dynamics import AxisTorques, axis_torques
@@ -87,10 +91,12 @@ class AgentCore:
         boot: str,
         *,
         mount_in_doubt: bool = False,
+        parameters: Parameters | None = None,
     ) -> None:
         """`planner_for` gives the robot's planner for the cycle [s] and the quick stop that a claim tells.
 
-        `mount_in_doubt`: an agent before this one has noted it (`NoteDoubt`).
+        `mount_in_doubt`: an agent before this one has noted it (`NoteDoubt`); `parameters` are another core's, where
+        that one's count here too.
         """
         self._cell = cell
         self._robot = robot
@@ -110,10 +116,12 @@ class AgentCore:
         self.variables = SharedVariables(robot, boot, cell.variables, self.clock)
         self.run = ProgramRun(program, self.variables)
         self.report = Reporter(robot, boot)
-        self.pace = Pace()
+        self.parameters = parameters or Parameters(robot, cell.robots[robot].path_window, self.report.event)
+        self.run.lookahead.tuning = lambda: self.parameters.now.of_plans()
+        self.pace = Pace(self.parameters)
         self.jogging = Jogging(robot, self.zones, self.space)
         self.corrections = Corrections(robot, cell.robots[robot].corrections, self.clock, self.zones, self.space)
-        self.interruption = Interruption(robot, cell.robots[robot].path_window, self.run, self.pace, self.zones)
+        self.interruption = Interruption(robot, self.parameters, self.run, self.pace, self.zones)
         self.meetings = Meetings(robot, boot, self.run, self.zones, self.clock)
         self.mounted = MountedNow(cell.robots[robot].mounted_at_start, doubtful=mount_in_doubt)
         self.teaching = Teaching(robot, cell, program, self._frames)
@@ -122,7 +130,7 @@ class AgentCore:
         self.waits = Waits(robot, self.run, self.pace, self.zones.signals, self.forced, self.keys, self.variables)
         doers = self.run, self.pace, self.jogging, self.corrections, self.interruption, self.mounted
         self.loading = Loading(robot, cell, self.report.event)
-        decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits)
+        decisions = Decisions(robot, *doers, self.teaching, self.loading, self.waits, self.parameters)
         self.operator = OperatorCalls(
             robot, boot, cell.times.command_s, self.link, decisions, self.teaching, self.loading
         )
@@ -143,9 +151,14 @@ class AgentCore:
         )
         self._idle = IdleClock(cell.times.idle_off_s)
         self._leaving = False
+        self._virtual: VirtualRun | None = None
+        self._virtual_runs = 0
+        """So many there were."""
 
     def receive(self, message: object, now: float) -> None:
         """Take one message; see `cell.core`."""
+        if self._virtual is not None and self._virtual.hear(message, now):
+            return
         match message:
             case Arrived(inner, at):
                 self.receive(inner, now)
@@ -199,11 +212,12 @@ class AgentCore:
     def step(self, now: float) -> list[Effect]:
         """Everything due at `now`; see `cell.core`."""
         feedback = self.link.owned
+        ended = self._end_virtual(feedback is None, now)
         if self._leaving and self._may_leave(feedback, now):
-            effects = [*self.operator.refuse_all("the agent is being stopped"), *self.link.release(now)]
+            effects = [*ended, *self.operator.refuse_all("the agent is being stopped"), *self.link.release(now)]
             effects += self.report.take_events()
             return [*effects, Ended()] if self.link.released else effects
-        effects = [*self.teaching.answers(), *self.link.claim_if_due(now)]
+        effects = [*ended, *self.teaching.answers(), *self.link.claim_if_due(now)]
         if hear := self.keys.need(self.run.keys):
             effects.append(hear)
         if feedback is None or self.link.grant is None:
@@ -220,10 +234,12 @@ class AgentCore:
         planner, told = self._planner, (self.link.grant.cycle_s, self.link.grant.quick_stop)
         if planner is None or told != (planner.cycle_s, planner.quick_stop):
             planner = self._planner_for(*told)
+            self.parameters.declare(planner.limits)
             self.mounted.declare(planner.model.description, changes_tools=self.run.changes_tools)
             planner = self._plan_with(planner.mounting(self.mounted.present))
             self.clock.ticks_last(planner.cycle_s)
             self.corrections.place(planner.pose_world_base)
+        grant, axes = self.link.grant, feedback
         feedback = feedback_in_joints(planner.model.coupling, feedback)
         self.waits.look(feedback, planner.cycle_s, now)
         self.variables.look(now)
@@ -241,6 +257,7 @@ class AgentCore:
             effects.append(note)
         effects += self._move(feedback, planner, now)
         effects += self._plan_ahead(feedback, now)
+        effects += self._step_virtual(grant, axes, now)
         effects.append(self._state(feedback, planner.mounting(self.mounted.present), now))
         if variables := self.variables.news(self._owner):
             effects.append(Publish(variables))
@@ -262,7 +279,7 @@ class AgentCore:
         standing = self._rest.standing
         return Situation(
             self.executive, planner, self._estops.first, feedback, refusal, self.clock, standing, kept_still,
-            self.zones.signals.input_names,
+            self.zones.signals.input_names, self._virtual is not None,
         )  # fmt: skip
 
     # What the drives, the e-stop and the manager impose on the mode
@@ -498,6 +515,44 @@ class AgentCore:
         """A motion is planned with the frames as they are known when the plan is asked for."""
         return Plan(replace(effect.request, frames=self._frames.present)) if isinstance(effect, Plan) else effect
 
+    # A virtual run
+
+    def _step_virtual(self, grant: ClaimGrant, axes: DriveFeedback, now: float) -> list[Effect]:
+        """Hand over what was asked for of a virtual run, the order to begin one among it, and step the run."""
+        for request in self.operator.take_virtual():
+            if self._virtual is None:
+                self._virtual = self._virtual_run(request, grant, axes, now)
+            else:
+                self._virtual.order(request)
+        if self._virtual is None:
+            return []
+        effects = self._virtual.step(self._announcer.newest, self.pace, now)
+        if self._virtual.over:
+            self._virtual = None
+        return effects
+
+    def _virtual_run(self, order: Request, grant: ClaimGrant, axes: DriveFeedback, now: float) -> VirtualRun:
+        """Of the present program, from where the robot stands, with what it carries and what is forced."""
+        times = replace(self._cell.times, idle_off_s=None)
+        cell = replace(self._cell, zones={}, separation=None, times=times)
+        core = AgentCore(cell, self._robot, self._planner_for, self.run.program, self._boot, parameters=self.parameters)
+        core.mounted.follow(self.mounted)
+        core.forced.on = self.forced.on  # what is forced later counts, too
+        for frame in self._frames.present:
+            core.receive(frame, now)
+        self._virtual_runs += 1
+        grant = replace(grant, gateway_boot="virtual", torques=False, epoch=0)
+        begins = axes.commanded if axes.enabled else axes.position
+        gateway = LoopedGateway(self._robot, grant, begins, axes.outputs, now)
+        return VirtualRun(self._robot, core, gateway, order, self._virtual_runs, self.report.event)
+
+    def _end_virtual(self, unclaimed: bool, now: float) -> list[Effect]:
+        """A virtual run has to end when its agent does, or loses the robot."""
+        if self._virtual is None or not (unclaimed or self._leaving):
+            return []
+        virtual, self._virtual = self._virtual, None
+        return virtual.cut("the agent is being stopped" if self._leaving else "the claim on the gateway was lost", now)
+
     # Messages
 
     @property
@@ -543,5 +598,6 @@ class AgentCore:
         program, clock = self.waits.told(state.program), self.clock.status(now)
         mounted = self.mounted
         state = replace(state, program=program, frames=frames, tool=mounted.tool, part=mounted.part, clock=clock)
-        state = replace(state, forced=dict(self.forced.on))
+        virtual = None if self._virtual is None else self._virtual.status
+        state = replace(state, forced=dict(self.forced.on), virtual=virtual, parameters=self.parameters.status(now))
         return Publish(state)

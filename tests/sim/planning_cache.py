@@ -24,7 +24,7 @@ def _remembering(plan: _Plan, digest: str, robot: str) -> _Plan:
     def remembered(request: PlanRequest | ExtendRequest) -> Planned | PlanFailed:
         if isinstance(request, ExtendRequest):
             return plan(request)
-        key = digest, robot, pickle.dumps((request.steps, request.start, request.zones, request.frames))
+        key = digest, robot, pickle.dumps((request.steps, request.start, request.zones, request.frames, request.tuning))
         known = _plans.get(key)
         if known is None:
             known = _plans[key] = plan(request)

@@ -15,7 +15,10 @@ from cell.view.words import (
     mounted_text,
     pace_text,
     program_text,
+    set_text,
     unreferenced,
+    virtual_place,
+    virtual_text,
     waited_text,
     why,
 )
@@ -49,7 +52,9 @@ def cell_table(settings: CellSettings, seen: Snapshot, width: int) -> Text:
         state = seen.robots.get(robot)
         cells = _cells(state, robot not in lost)
         text.append(row(robot, *cells) + "\n", "bold red" if state is None or state.mode in ALARMED else "")
-        reason = labelled_why(state) + waited_text(state) if state is not None else "its agent does not answer"
+        reason = "its agent does not answer"
+        if state is not None:
+            reason = labelled_why(state) + waited_text(state) + virtual_place(state)
         if robot in lost and not reason:
             reason = f"not referenced: {lost[robot]}"
         text.append(_indented(reason, robots + 2, width) + "\n", "yellow")
@@ -74,10 +79,11 @@ def _cells(state: RobotState | None, placed: bool) -> tuple[str, str, str, Itera
 
 
 def labelled_why(state: RobotState) -> str:
-    """`why` with what it is in front of it, so that waiting does not look like an alarm; then pace, part and forces."""
+    """`why` with what it is in front of it, so that waiting does not look like an alarm; then what else is unusual."""
     reason = why(state)
     labelled = f"{_label(state, reason)}: {reason}" if reason else ""
-    return "; ".join(filter(None, (labelled, pace_text(state), mounted_text(state), forced_text(state))))
+    told = labelled, pace_text(state), mounted_text(state), forced_text(state), virtual_text(state), set_text(state)
+    return "; ".join(filter(None, told))
 
 
 def _label(state: RobotState, reason: str) -> str:

@@ -1,5 +1,6 @@
 """`cell run` and the other orders to one robot that are a word and at most one value."""
 
+import math
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -7,6 +8,7 @@ from typing import Annotated
 import typer
 
 from cell.commands.client.connection import connect, report
+from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.operator.common_start import AHEAD_S, run_together
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
@@ -18,14 +20,17 @@ from cell.messages import (
     Enable,
     ForceInput,
     Halt,
+    ListParameters,
     Load,
     Return,
     Run,
     SetManual,
     SetOverride,
+    SetParameter,
     SetPart,
     SetTool,
     Step,
+    Stop,
 )
 
 PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
@@ -84,6 +89,9 @@ def run(
     first_line: FirstLineOption = None,
     last_line: LastLineOption = None,
     dry: Annotated[bool, typer.Option("--dry", help="Move, but switch no output.")] = False,
+    virtual: Annotated[
+        bool, typer.Option("--virtual", help="Neither move nor switch: only a picture, which `cell status` shows.")
+    ] = False,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
@@ -91,13 +99,17 @@ def run(
 
     A robot that cannot begin then does not begin at all; one that cannot end in time ends as soon as it can. When one
     refuses, the others are halted before the start. With --from the robot moves from where it stands to the target of
-    that line: look at the way first.
+    that line: look at the way first. With --virtual it stays where it is, with its drives off or in a fault too, asks
+    for no zone and no room, and takes no other order to move until the run has ended; halt, continue, step, stop,
+    override and flag are about that run.
     """
     if len(robots) == 1 and ahead is None and last is None:
-        _order(robots[0], Run(first_line=first_line, last_line=last_line, dry=dry), file, endpoint)
+        part = Run(first_line=first_line, last_line=last_line, dry=dry, virtual=virtual)
+        _order(robots[0], part, file, endpoint)
         return
-    if dry or first_line is not None or last_line is not None:
-        raise CommandError("--from, --to and --dry for a common start", "leave them out, or run one robot at once")
+    if dry or virtual or first_line is not None or last_line is not None:
+        found = "--from, --to, --dry and --virtual for a common start"
+        raise CommandError(found, "leave them out, or run one robot at once")
     with connect(file, endpoint) as operator:
         run_together(operator, robots, AHEAD_S if ahead is None else ahead, last)
 
@@ -125,6 +137,14 @@ def load(
 def halt(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
     """Brake a robot on its path; `cell continue` goes on from there."""
     _order(robot, Halt(), file, endpoint)
+
+
+def stop(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Brake a robot on its path and end its program, also one that is halted or interrupted; a jog ends as well.
+
+    It replaces no emergency stop: the drives stay switched on, and the robot takes the next order.
+    """
+    _order(robot, Stop(), file, endpoint)
 
 
 def continue_(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
@@ -163,6 +183,42 @@ def manual(
 ) -> None:
     """Bound a robot's TCP to 250 mm/s (manual operation), or not. It replaces no safety-rated speed monitoring."""
     _order(robot, SetManual(switch is OnOff.ON), file, endpoint)
+
+
+def set_(
+    robot: RobotArgument,
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="Of the list.", show_default=False)] = None,
+    value: Annotated[
+        str | None,
+        typer.Argument(metavar="VALUE|file", help="In its unit; file: as the files say, again.", show_default=False),
+    ] = None,
+    file: CellFileOption = Path(CELL_FILE),
+    endpoint: ConnectOption = None,
+) -> None:
+    """Change a parameter of a robot while it works; without NAME list all that may be changed, with their ranges.
+
+    What shapes a motion counts with the next one that begins at rest, so nothing jumps. It lasts until `file` or the
+    end of the agent, and is written into no file. `cell status` shows what is set.
+    """
+    _order(robot, _parameter_order(robot, name, value), file, endpoint)
+
+
+def _parameter_order(robot: str, name: str | None, value: str | None) -> Command:
+    """Raises `CommandError` for a value that is missing, or is no number."""
+    if name is None:
+        return ListParameters()
+    lists = f"`cell set {robot}` lists names, units and ranges"
+    if value is None:
+        raise CommandError(f"{name} without a value; allowed is a number in its unit, or file", lists)
+    if value.lower() == "file":
+        return SetParameter(name, None, operator_name())
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise CommandError(f"{name}: {value!r} found, allowed is a number in its unit, or file", lists)
+    return SetParameter(name, number, operator_name())
 
 
 def tool(

@@ -87,6 +87,8 @@ def _since(since: float, seen: Snapshot) -> str:
 
 
 def _stands(robot: str, state: RobotState) -> str:
+    if state.virtual is not None:
+        return f"it stands, and its program runs virtually: cell stop {robot}"
     if state.mode in _STANDS:
         return _STANDS[state.mode].format(robot=robot)
     return f"it moves, line {state.program.line} {state.program.text}"

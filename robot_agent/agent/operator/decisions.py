@@ -21,6 +21,7 @@ from cell.messages import (
     ForceInput,
     Go,
     Jog,
+    ListParameters,
     ListPoints,
     Load,
     Mode,
@@ -30,6 +31,7 @@ from cell.messages import (
     Run,
     SetManual,
     SetOverride,
+    SetParameter,
     SetPart,
     SetTool,
     Step,
@@ -38,15 +40,16 @@ from cell.messages import (
 from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.cell_clock import LONGEST_S, CellClock
-from robot_agent.agent.mode import ModeEvent, after, stands
+from robot_agent.agent.mode import ModeEvent, after, moves, stands
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.loading import Loading, NotLoaded
 from robot_agent.agent.operator.teaching import Teaching, Untaught
+from robot_agent.agent.parameters import NotSet, Parameters
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.forced_inputs import NotForced
 from robot_agent.agent.program.interruption import Interruption
 from robot_agent.agent.program.mounted_now import MountedNow
-from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
+from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.path_gap import Gap
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.program.waits import Waits
@@ -57,6 +60,8 @@ _THERE = 1e-6
 """[rad or m] Nearer to a point a robot does not go."""
 _MOVING = (Enable, Run, Continue, Return, Step, Jog, Go)
 """Calls that move a robot, or let it be moved."""
+_OF_A_VIRTUAL_RUN = (Continue, Step, AnswerFlag)
+"""Calls that are about the virtual run while there is one; halt and stop are, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +80,8 @@ class Situation:
     """Why nothing may move the robot now; empty when it may."""
     inputs: Collection[str] | None = None
     """Of the robot; None before its gateway has told them."""
+    virtual: bool = False
+    """There is a virtual run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +124,12 @@ class Wanted:
     planner: Planner
 
 
-Decision = Done | Refused | Passed | Taught | Wanted
+@dataclass(frozen=True, slots=True)
+class Virtual:
+    """It is the virtual run's, which answers."""
+
+
+Decision = Done | Refused | Passed | Taught | Wanted | Virtual
 
 
 class Decisions:
@@ -135,6 +147,7 @@ class Decisions:
         teaching: Teaching,
         loading: Loading,
         waits: Waits,
+        parameters: Parameters,
     ) -> None:
         self._robot = robot
         self._teaching = teaching
@@ -143,12 +156,15 @@ class Decisions:
         self._interruption = interruption
         self._mounted = mounted
         self._waits = waits
+        self._parameters = parameters
         self._pace = pace
         self._jogging = jogging
         self._corrections = corrections
 
-    def halt(self, mode: Mode, situation: Situation) -> Done:
+    def halt(self, mode: Mode, situation: Situation) -> Done | Virtual:
         """Braking is never refused, whatever the operator knew when he called."""
+        if situation.virtual:
+            return Virtual()
         if mode is Mode.RUNNING:
             self._pace.no_step()
             text = f"{self._robot} brakes on its path; `cell continue {self._robot}` goes on"
@@ -162,9 +178,27 @@ class Decisions:
             return Done(f"{self._robot} comes to rest", mode)
         return Done(f"{self._robot} is not running a program", mode)
 
+    def stop(self, mode: Mode, situation: Situation) -> Done | Virtual:
+        """As `halt`; and what moves the robot, or would go on, has ended."""
+        if situation.virtual:
+            return Virtual()
+        if mode is Mode.JOGGING:
+            self._jogging.end("stopped")
+            return Done(f"{self._robot} comes to rest", mode)
+        if not (self._run.running or self._run.interrupted):
+            return Done(f"{self._robot} is not running a program", mode)
+        brakes = "brakes on its path, and " if mode in (Mode.RUNNING, Mode.RETURNING) else ""
+        self._pace.no_step()
+        self._interruption.stop()
+        mode = after(mode, ModeEvent.PROGRAM_ENDED if mode is Mode.RUNNING else ModeEvent.FORGOTTEN)
+        text = f"{self._robot} {brakes}has ended its program; `cell run {self._robot}` starts it from its first line"
+        return Done(text, mode)
+
     def decide(self, command: Command, mode: Mode, situation: Situation, now: float, made_at: float) -> Decision:
         """On a call that was made at `made_at` [s], in view of the robot."""
         situation = replace(situation, planner=situation.planner.mounting(self._mounted.present))  # of just now
+        if (virtual := self._virtually(command, mode, situation)) is not None:
+            return virtual
         if situation.kept_still and isinstance(command, _MOVING):
             over = "call again when that is over, by `cell status`"
             return Refused(f"{self._robot} stays at rest: {situation.kept_still}; {over}")
@@ -194,6 +228,13 @@ class Decisions:
                 return self._force(command, mode, situation)
             case Jog() | Go():
                 return self._jog(command, mode, situation, made_at)
+            case SetParameter():
+                try:
+                    return Done(self._parameters.set(command.name, command.value, command.by, now), mode)
+                except NotSet as error:
+                    return Refused(str(error))
+            case ListParameters():
+                return Done(self._parameters.told(now), mode)
             case Teach():
                 return self._teach(command, situation)
             case Load():
@@ -204,6 +245,27 @@ class Decisions:
                 return self._reset(mode, situation)
             case _:
                 return Refused(f"`{command.verb}` is not a call for a robot")
+
+    def _virtually(self, command: Command, mode: Mode, situation: Situation) -> Virtual | Refused | None:
+        """The answer where a virtual run is to begin, or there is one that it concerns; None: it is the robot's."""
+        begins, ends = isinstance(command, Run) and command.virtual, f"`cell stop {self._robot}` ends that"
+        if situation.virtual:
+            if isinstance(command, _OF_A_VIRTUAL_RUN):
+                return Virtual()
+            return Refused(f"{self._robot} runs virtually: {ends}") if isinstance(command, _MOVING) else None
+        if not begins:
+            return None
+        if isinstance(command, Run) and command.at is not None:
+            return Refused(f"{self._robot} has no common start with others in a virtual run: leave out the time")
+        if not situation.feedback.referenced:
+            missing = f"`cell status` says which axes, `cell home {self._robot}` references them"
+            return Refused(f"{self._robot} does not know where it is, and a virtual run begins there: {missing}")
+        if moves(mode) or mode in (Mode.ENABLING, Mode.STARTING):
+            return Refused(f"{self._robot} is in mode {mode.value}: {self._way_out(mode)}")
+        executive = situation.executive
+        if not situation.standing or not (executive is None or executive.at_rest(situation.feedback.tick)):
+            return Refused(f"{self._robot} still moves: call again when it is at rest")
+        return Virtual()
 
     def _enable(self, mode: Mode, situation: Situation) -> Done | Refused | Passed:
         if mode in (Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING):
@@ -505,7 +567,9 @@ class Decisions:
         self._pace.manual = on
         if not on:
             return Done(f"{self._robot} is in automatic operation, at its planned speed", mode)
-        return Done(f"{self._robot} is in manual operation, at most {1000.0 * MANUAL_SPEED_M_S:.0f} mm/s", mode)
+        return Done(
+            f"{self._robot} is in manual operation, at most {1000.0 * self._pace.manual_speed_m_s:.4g} mm/s", mode
+        )
 
     def _reset(self, mode: Mode, situation: Situation) -> Done | Refused | Passed:
         if mode is Mode.FAULT:

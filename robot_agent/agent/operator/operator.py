@@ -1,6 +1,7 @@
 """Operators' calls to an agent: they wait, are refused when they are too old, and are answered."""
 
 from collections import deque
+from dataclasses import replace
 
 from cell.core import Answer, Effect, Request
 from cell.messages import (
@@ -20,12 +21,23 @@ from cell.messages import (
     Return,
     Run,
     Step,
+    Stop,
     Who,
 )
 from cell.net.freshness import Sent
 from robot_agent.agent.drives.gateway_link import GatewayLink, Switching
 from robot_agent.agent.mode import ModeEvent, after
-from robot_agent.agent.operator.decisions import Decision, Decisions, Done, Passed, Refused, Situation, Taught, Wanted
+from robot_agent.agent.operator.decisions import (
+    Decision,
+    Decisions,
+    Done,
+    Passed,
+    Refused,
+    Situation,
+    Taught,
+    Virtual,
+    Wanted,
+)
 from robot_agent.agent.operator.loading import Loading, ProgramNotRead
 from robot_agent.agent.operator.teaching import Teaching
 
@@ -34,7 +46,7 @@ _WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog, Go)
 
 
 class OperatorCalls:
-    """Answers operators. A call whose echo is older than `command_s` is refused, `halt` and `who` excepted."""
+    """Answers operators. A call whose echo is older than `command_s` is refused, but `halt`, `stop` and `who`."""
 
     def __init__(
         self,
@@ -60,6 +72,7 @@ class OperatorCalls:
         """Calls that were passed on in the present fault; an answer to an earlier one says nothing of it."""
         self._acknowledged = False
         """The drives have let go of that fault."""
+        self._virtual: list[Request] = []
 
     def asked(self, request: Request) -> None:
         self._requests.append(request)
@@ -84,6 +97,11 @@ class OperatorCalls:
 
     def forget_echoes(self) -> None:
         self._states.forget()
+
+    def take_virtual(self) -> list[Request]:
+        """What was asked for of a virtual run since the last call; the run answers."""
+        taken, self._virtual = self._virtual, []
+        return taken
 
     def refuse_all(self, why: str) -> list[Effect]:
         """Answer everything that waits with a refusal, `who` excepted."""
@@ -119,6 +137,9 @@ class OperatorCalls:
                     effects.append(self._teaching.write(name, point, planner, request.request_id, call.id))
                 case Wanted(file, planner):
                     effects.append(self._loading.read(file, planner, request.request_id, call.id))
+                case Virtual():
+                    self._virtual.append(request)
+                    situation = replace(situation, virtual=True)
                 case Done(text, mode, data):
                     effects.append(Answer(request.request_id, Reply(call.id, True, text, data=data)))
                 case Refused(text):
@@ -167,6 +188,8 @@ class OperatorCalls:
             return Done(self._who(), mode)
         if isinstance(command, Halt):
             return self._decisions.halt(mode, situation)
+        if isinstance(command, Stop):
+            return self._decisions.stop(mode, situation)
         age_s = self._states.age(call.heard, now)
         if age_s > self._command_s:
             return Refused(

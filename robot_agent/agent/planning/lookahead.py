@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import ZoneGeometry
+from robot_agent.agent.parameters import AS_FILED, Tuning
 from robot_agent.agent.planning.joining import StraightOn, why_apart
 from robot_agent.agent.planning.plans import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest, Unplan
 from robot_agent.language import (
@@ -97,6 +98,8 @@ class Lookahead:
         """From asking for a plan to having it."""
         self.known: Callable[[Question], bool | None] = lambda _: None
         """Whether an input or output is on now, or a comparison holds; None where nobody knows."""
+        self.tuning: Callable[[], Tuning] = lambda: AS_FILED
+        """What an operator has set; a motion that is extended keeps that with which it was planned."""
 
     def start(
         self,
@@ -215,7 +218,10 @@ class Lookahead:
                 self._unplanned.add(self._plans)
                 self._last = steps[-1]
                 self._items.append(Waiting(self._plans, step.line))
-                self._asked, self._asked_at = PlanRequest(self._plans, steps, self._end, zones), now
+                self._asked, self._asked_at = (
+                    PlanRequest(self._plans, steps, self._end, zones, tuning=self.tuning()),
+                    now,
+                )
                 return [Plan(self._asked)]
             self._items.append(step)
         return []
@@ -237,7 +243,8 @@ class Lookahead:
             self._took_s.append(now - self._asked_at)  # or longer: it would come too late
             self._give_back()
         at_s = self._splice(motion, sent_tau)
-        too_late = motion.duration_s - at_s < _LEAST_LEFT_S
+        tuning = AS_FILED if self._asked is None else self._asked.tuning
+        too_late = motion.duration_s - at_s < _LEAST_LEFT_S or tuning != self.tuning()
         if too_late or running.zone_versions != {zone.zone: zone.version for zone in zones}:
             if motion.duration_s - played_tau < max(_TIME_TO_PLAN_S, self._planning_s):
                 self.close()
@@ -252,7 +259,7 @@ class Lookahead:
         cut_s = max(lowest_tau - _KEPT_S, 0.0)
         self._extension = ExtendRequest(
             self._plans, steps, motion, running.lines, running.switches, at_s, cut_s, running.first_tau, zones,
-            sections=running.sections,
+            sections=running.sections, tuning=tuning,
         )  # fmt: skip
         self._asked_at = now
         return [Plan(self._extension)]

@@ -1,5 +1,6 @@
 """From steps of a program to a planned motion with its swept body. Runs in a worker; pure, so tests call it too."""
 
+from copy import copy
 from dataclasses import replace
 from itertools import groupby
 
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from cell.geometry import pose_from, transform_points
 from cell.messages import FramePose, ZoneGeometry
+from robot_agent.agent.parameters import AS_FILED
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError
@@ -80,6 +82,9 @@ class Planner:
         """Plan steps with what is mounted then; every failure is a `PlanFailed` that says where and why."""
         planner = self.mounting(request.mounted)
         planner.place(request.frames)
+        if request.tuning != AS_FILED:
+            planner = copy(planner)
+            planner.limits = request.tuning.within(planner.limits)
         try:
             return planner._slowed(request, Sequence(planner._blocks(request)))
         except PlanError as error:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from cell.core import Effect
 from cell.messages import FramePose, ZoneGeometry
+from robot_agent.agent.parameters import AS_FILED, Tuning
 from robot_agent.language import Mark, MotionStep
 from robot_agent.model.description import NOTHING, Mounted
 from robot_agent.trajectory import Motion
@@ -23,6 +24,8 @@ class PlanRequest:
     zones: tuple[ZoneGeometry, ...]
     frames: tuple[FramePose, ...] = ()
     """Where the frames are in which things stand; without them things are where the cell file says."""
+    tuning: Tuning = AS_FILED
+    """What an operator has set."""
 
     @property
     def mounted(self) -> Mounted:
@@ -58,6 +61,8 @@ class ExtendRequest:
     """As in `PlanRequest`."""
     sections: MotionSections | None = None
     """Of the motion."""
+    tuning: Tuning = AS_FILED
+    """That with which the motion was planned."""
 
     @property
     def mounted(self) -> Mounted:

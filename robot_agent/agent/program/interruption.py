@@ -10,11 +10,11 @@ import itertools
 
 import numpy as np
 
-from cell.config.settings import PathWindow
 from cell.core import Effect
 from cell.messages import DriveFeedback, PlayoutState, ZoneGeometry
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.mode import ModeEvent
+from robot_agent.agent.parameters import Parameters
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Plan, PlanFailed, Planned, PlanRequest
 from robot_agent.agent.program.pace import Pace
@@ -23,16 +23,13 @@ from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.language import JointStep
 
-RETURN_SPEED = 0.1
-"""Share of the joints' speed limits on the way back; the TCP is bound as in manual operation besides."""
-
 
 class Interruption:
     """Remembers at most one interrupted program, that of `run`, which says whether there is one."""
 
-    def __init__(self, robot: str, window: PathWindow, run: ProgramRun, pace: Pace, zones: ZoneClaims) -> None:
+    def __init__(self, robot: str, parameters: Parameters, run: ProgramRun, pace: Pace, zones: ZoneClaims) -> None:
         self._robot = robot
-        self._window = window
+        self._parameters = parameters
         self._run = run
         self._pace = pace
         self._zones = zones
@@ -97,6 +94,11 @@ class Interruption:
         led = bool(self._run.correction) or self._run.correction_ends
         return self._run.running and self._stretch is not None and not led and not self._run.starting
 
+    def stop(self) -> None:
+        """An operator has ended the program."""
+        self._drop_way()
+        self._run.stop()
+
     def forget(self, why: str) -> None:
         """The program has ended, or it is not known any more where it was."""
         self._drop_way()
@@ -120,7 +122,7 @@ class Interruption:
         """How far the robot is from its path, as it is measured; None without an interrupted program."""
         if not self._run.interrupted or self._stretch is None:
             return None
-        return Gap.between(self._stretch, feedback.position, planner.model, self._window)
+        return Gap.between(self._stretch, feedback.position, planner.model, self._parameters.window)
 
     # The way back
 
@@ -137,10 +139,12 @@ class Interruption:
         tau = self._wanted[0]
         target = self._stretch.planned.motion.q(np.array(tau))
         left = self._stretch.planned
+        speed = self._parameters.return_speed
         step = JointStep(
-            self._run.line, tuple(target.tolist()), RETURN_SPEED, spaces_off=left.spaces_off, mounted=left.mounted
+            self._run.line, tuple(target.tolist()), speed, spaces_off=left.spaces_off, mounted=left.mounted
         )
-        request = PlanRequest(next(self._ids), (step,), feedback.commanded, zones)
+        tuning = self._parameters.now.of_plans()
+        request = PlanRequest(next(self._ids), (step,), feedback.commanded, zones, tuning=tuning)
         self._wanted = tau, request
         return [Plan(request)]
 

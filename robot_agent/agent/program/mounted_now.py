@@ -54,6 +54,11 @@ class MountedNow:
         tools = described.mounted.tools if self._tool_known else self.tools
         self.present = Mounted(tools, () if self._part_known else self.parts)
 
+    def follow(self, other: "MountedNow") -> None:
+        """All that is known there."""
+        self.present, self.tools, self.parts = other.present, other.tools, other.parts
+        self._tool_known, self._part_known = other._tool_known, other._part_known
+
     def take(self, mounted: Mounted) -> None:
         """From here on it carries this, by a program, which runs only where all that it changes is known."""
         self.present = mounted

@@ -7,11 +7,10 @@ import numpy as np
 
 from cell.messages import PaceStatus
 from robot_agent.agent.blocks.motion_source import SentBlock
+from robot_agent.agent.parameters import Parameters
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.trajectory import Hold, RateRequest, Segment
 
-MANUAL_SPEED_M_S = 0.25
-"""Reduced speed of manual operation (ISO 10218-1)."""
 _AT_END_S = 1e-5
 _FORGOTTEN = "the path farther back is not known any more"
 _STEP = "step: the block ends here"
@@ -32,12 +31,17 @@ class _StepEnd:
 class Pace:
     """Kept over programs and stops, until an operator says otherwise or the agent ends."""
 
-    def __init__(self) -> None:
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
         self.override = 1.0
         """Share of the planned speed, -1 to 1; negative goes back along the path."""
         self.manual = False
         self._stepping = False
         self._end: _StepEnd | None = None
+
+    def follow(self, other: "Pace") -> None:
+        """Speed and direction as an operator has set them there."""
+        self.override, self.manual = other.override, other.manual
 
     @property
     def status(self) -> PaceStatus:
@@ -48,9 +52,14 @@ class Pace:
         return () if self.override == 1.0 else (RateRequest(self.override, f"override {100.0 * self.override:.0f} %"),)
 
     @property
+    def manual_speed_m_s(self) -> float:
+        """The bound in manual operation."""
+        return self._parameters.manual_speed_m_s
+
+    @property
     def cap_m_s(self) -> float | None:
         """The bound on the speed of the TCP."""
-        return MANUAL_SPEED_M_S if self.manual else None
+        return self.manual_speed_m_s if self.manual else None
 
     @property
     def backwards(self) -> bool:

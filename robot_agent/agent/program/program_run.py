@@ -166,10 +166,21 @@ class ProgramRun:
             f"which its gateway does not know; in its drives file are: {known}"
         )
 
+    @property
+    def program(self) -> Program:
+        return self._program
+
+    def stop(self) -> None:
+        """An operator ends a running or interrupted program: nothing is wrong with it."""
+        self._end(ProgramState.LOADED, "")
+
     def fail(self, why: str) -> None:
         """End a running or interrupted program before its end."""
+        self._end(ProgramState.FAILED, why)
+
+    def _end(self, state: ProgramState, error: str) -> None:
         if self.running or self.interrupted:
-            self.state, self.error = ProgramState.FAILED, why
+            self.state, self.error = state, error
         self.correction, self.correction_ends = "", False
         self.outputs.drop()
         self.lookahead.stop()

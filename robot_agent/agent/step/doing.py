@@ -14,11 +14,12 @@ from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.blocks.motion_source import MotionSource, SentBlock, Wishes
 from robot_agent.agent.blocks.sources import CorrectedPath, GovernedPath, Jogged, Supply
 from robot_agent.agent.operator.jogging import Jogging
+from robot_agent.agent.parameters import MANUAL_SPEED_M_S
 from robot_agent.agent.planning.lookahead import Item
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.program.interruption import Interruption
-from robot_agent.agent.program.pace import MANUAL_SPEED_M_S, Pace
+from robot_agent.agent.program.pace import Pace
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.space.shared_space import SharedSpace, onward
 from robot_agent.agent.zones.zone_claims import ZoneClaims

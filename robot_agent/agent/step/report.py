@@ -14,6 +14,7 @@ from cell.messages import (
     Event,
     GovernorStatus,
     Mode,
+    MoveStatus,
     PaceStatus,
     Reserve,
     RobotState,
@@ -22,6 +23,7 @@ from cell.messages import (
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.program_run import ProgramRun
+from robot_agent.agent.step.present_move import PresentMove
 from robot_agent.kinematics import Model, OpenMechanism
 
 _RESERVE_EVERY = 10
@@ -38,6 +40,7 @@ class Reporter:
         self._events: list[Event] = []
         self._event_sequence = 0
         self._reserve: Reserve | None = None
+        self._present_move = PresentMove()
 
     def event(self, severity: Severity, code: str, text: str, remedy: str = "") -> None:
         """Note something that happened; it is sent with the next step."""
@@ -82,12 +85,21 @@ class Reporter:
         )
         if feedback is None:
             return state
-        state = _measured(state, run, feedback, executive, planner)
+        state = replace(_measured(state, run, feedback, executive, planner), move=self._move(run, feedback, executive))
         if state.tcp_position_m is None:
             self._reserve = None
         elif self._reserve is None or self._sequence % _RESERVE_EVERY == 0:
             self._reserve = _reserve(planner.model, feedback.position)
         return replace(state, reserve=self._reserve)
+
+    def _move(self, run: ProgramRun, feedback: DriveFeedback, executive: Executive | None) -> MoveStatus | None:
+        if executive is None or not run.running:
+            return None
+        block, _ = executive.timeline.at(feedback.tick)
+        if block.path.motion.duration_s == 0.0:
+            return None
+        tau = block.path_state(feedback.tick).tau
+        return self._present_move.at(executive.supply.planner, block.path.motion, tau)
 
 
 def _measured(

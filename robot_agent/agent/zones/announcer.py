@@ -1,7 +1,7 @@
 """Where the robot is and what it wants, for the manager."""
 
 from cell.core import Publish
-from cell.messages import Body, Meets, Mode, Presence
+from cell.messages import Body, Heard, Meets, Mode, Presence
 from cell.net.estops import ObeyedEstops
 from robot_agent.agent.space.shared_space import SharedSpace, Use
 from robot_agent.agent.zones.zone_claims import ZoneClaims
@@ -19,6 +19,11 @@ class Announcer:
         self._sequence = 0
         self.body: Body | None = None
         """None before the first presence."""
+
+    @property
+    def newest(self) -> Heard:
+        """The newest presence, as a manager repeats it."""
+        return Heard(self._boot, self._sequence)
 
     def entered(self, body: Body) -> set[str]:
         """The zones that a body is in and the newest announced one was not."""

@@ -21,9 +21,11 @@ from cell.messages import (
     MeetingStatus,
     Mode,
     NodeStatus,
+    ParameterStatus,
     ProgramState,
     ProgramStatus,
     RobotState,
+    VirtualStatus,
     ZoneState,
     ZoneStatus,
 )
@@ -53,6 +55,23 @@ def test_a_robot_that_waits_says_for_what() -> None:
 def test_inputs_that_are_forced_are_shown_whatever_the_robot_does() -> None:
     forced = dataclasses.replace(RUNNING, forced={"part": True, "door": False})
     assert robot_line("left", forced).endswith("ML X=1650, forced for its programs: part on, door off")
+
+
+def test_what_is_set_is_shown() -> None:
+    set_to = {"filter": ParameterStatus(200.0, "ms", "ann@desk", 3.0)}
+    assert robot_line("left", dataclasses.replace(RUNNING, parameters=set_to)).endswith("ML X=1650, set: filter 200 ms")
+
+
+def test_a_virtual_run_is_shown_beside_what_the_robot_does() -> None:
+    program = dataclasses.replace(RUNNING.program, state=ProgramState.LOADED, line=0, text="")
+    picture = VirtualStatus(
+        Mode.RUNNING, RUNNING.program, RUNNING.joints, (0.1, 0.0, 0.5), None, 0.2, None, waiting_for="M 7"
+    )
+    state = dataclasses.replace(RUNNING, mode=Mode.READY, program=program, virtual=picture)
+    assert robot_line("left", state) == (
+        "left: ready, line 0 left.prog (loaded), virtual run running, line 8 ML X=1650, waits: M 7"
+    )
+    assert ", TCP at 100.0 0.0 500.0" in cell_table(CELL, Snapshot({"left": state}), 400).plain
 
 
 def test_a_wait_of_the_program_says_since_when() -> None:

@@ -28,8 +28,8 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
+from robot_agent.agent.parameters import MANUAL_SPEED_M_S
 from robot_agent.agent.planning.plans import PlanFailed
-from robot_agent.agent.program.pace import MANUAL_SPEED_M_S
 from tests.unit.agent_world import CYCLE_S, STEP_S, AgentWorld
 
 LINE = "MJ J5=30\nML Y=150 F=200\nMJ J1=15\nEND"
