@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
-from cell.config.points_file import Point, PointsOwner, PointsSettings, Signal, SignalKind
+from cell.config.points_file import CamSettings, Point, PointsOwner, PointsSettings, Signal, SignalKind
 from cell.config.settings import CellSettings
 from robot_agent.model.description import RobotDescription
 
@@ -46,6 +46,8 @@ class Names:
     """Of `P` and `Q`."""
     signals: Mapping[str, Signal] = field(default_factory=dict)
     """Other names for inputs and outputs."""
+    cam: CamSettings | None = None
+    """How CAM files are read."""
 
     @classmethod
     def of(
@@ -64,6 +66,7 @@ class Names:
             frames=cell.frames,
             points=Points() if taught is None else Points(taught.points),
             signals={} if taught is None else taught.signals,
+            cam=CamSettings() if taught is None else taught.cam,
         )
 
     def input(self, name: str) -> str:
