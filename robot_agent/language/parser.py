@@ -57,13 +57,13 @@ class _Reader:
         reading = Reading(self._names, self._begins, variables=self._variables)
         file = name if called else ""
         self.lines += lines
-        for number, words in self._statements(text, name, file):
+        for number, column, words in self._statements(text, name, file):
             line = CalledLine(before + number, name, number) if called else number
             reading.place = len(self.statements)
             try:
                 self.statements.append(_kind(words[0]).read(line, words, reading))
             except Mistake as mistake:
-                self._wrong(file, number, mistake)
+                self._wrong(file, number, Mistake(column or mistake.column, mistake.found, mistake.allowed))
         self.ends.append(len(self.statements))
         if called or reading.files:
             self.statements.append(End(line=before + max(len(lines), 1)))
@@ -72,17 +72,17 @@ class _Reader:
                 self._call(wanted, file, int(number_of) - before, column)
         self._linked += [(file, before, place, make) for place, make in reading.linked]
 
-    def _statements(self, text: str, name: str, file: str) -> Iterator[tuple[int, list[Word]]]:
-        """Line and words of each statement of a file; those of G-code stand at the column of what they come from."""
+    def _statements(self, text: str, name: str, file: str) -> Iterator[tuple[int, int, list[Word]]]:
+        """Line and words of each statement of a file, and of G-code the column of what it comes from, else 0."""
         if is_cam(name):
             for line, column, written in statements_of(text, self._names.cam, partial(self._wrong, file)):
                 for words in statements_in(written):
-                    yield line, [Word(word.text, column) for word in words]
+                    yield line, column, words
             return
         for line, written in enumerate(text.splitlines(), 1):
             for whole in statements_in(COMMENT.split(written, maxsplit=1)[0]):
                 for words in tool_first(whole, self._names.joints):
-                    yield line, words
+                    yield line, 0, words
 
     def link(self) -> None:
         """Make the statements that had to wait for labels, variables and files."""
