@@ -12,12 +12,14 @@ FILE = "cell_configs/two_arms/cell.yaml"
 BELT = "cell_configs/belt/cell.yaml"
 MODEL = "cell_configs/models/six_axis.yaml"
 PROGRAM = "cell_configs/two_arms/programs/left.prog"
+CAM_FILE = "cell_configs/engraving/programs/plate.nc"
 
 COMMANDS = {
     "check": Subcommand(".files.check", "check", f"cell check {FILE}"),
     "model": Subcommand(".files.model", "model", f"cell model {MODEL}"),
     "schema": Subcommand(".files.schema", "schema", "cell schema cell > cell.schema.json"),
     "format": Subcommand(".files.format", "format_", f"cell format {PROGRAM}"),
+    "import": Subcommand(".files.import_cam", "import_", f"cell import {CAM_FILE}"),
     "plot": Subcommand(".files.plot", "plot", f"cell plot {PROGRAM} --model {MODEL}"),
     "up": Subcommand(".up.up", "up", f"cell up {FILE} --until-done"),
     "status": Subcommand(".operator.status", "status", f"cell status -f {FILE}"),

@@ -1,7 +1,7 @@
-"""Schema of a points file: the taught places of one robot, and other names for its signals."""
+"""Schema of a points file: the taught places of one robot, other names for its signals, how it reads CAM files."""
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -19,6 +19,7 @@ COORDINATES = ("X", "Y", "Z", "A", "B", "C")
 FARTHEST_MM, MOST_DEG = 100_000.0, 36_000.0
 """As in programs: what is farther away is a mistake in typing."""
 _FRESH_S = 0.5
+_RAPID_MM_S, _TOLERANCE_MM = 250.0, 0.05
 
 PointName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$", description="a name that programs may use")]
 
@@ -54,6 +55,26 @@ class SignalEntry(BaseModel):
     fresh: Seconds = Field(_FRESH_S, description="of a key: what is older counts as unknown, s")
 
 
+CamCode = Annotated[str, Field(pattern=r"^(S|[MT](0|[1-9][0-9]{0,5}))$", description="a code of CAM files")]
+_FIXED_CODES = ("M2", "M6", "M30")
+"""They end a program, or mount the tool whose code T is."""
+ENDED_BY = {"M3": "M5", "M4": "M5", "M7": "M9", "M8": "M9"}
+"""By a code, the one that ends what it began; the end of a program does so too."""
+
+
+class CamEntry(BaseModel):
+    """How this robot reads CAM files, docs/gcode.md."""
+
+    model_config = STRICT
+    rapid: Annotated[float, Field(ge=0.1, le=10_000)] = Field(_RAPID_MM_S, description="speed of G0, mm/s")
+    tolerance: Annotated[float, Field(ge=0, le=100)] = Field(_TOLERANCE_MM, description="of G64 without P, mm")
+    skip: bool = Field(False, description="whether blocks that begin with / are left out")
+    codes: Annotated[dict[CamCode, tuple[str, ...]], Field(max_length=200)] = Field(
+        default={},
+        description="what the robot does at M3, S, T1 (when M6 mounts it): statements; an empty list: nothing",
+    )
+
+
 class PointsFile(BaseModel):
     """What one robot was taught. Lengths are millimetres and angles degrees, as in programs."""
 
@@ -64,6 +85,7 @@ class PointsFile(BaseModel):
     signals: Annotated[dict[Name, SignalEntry], Field(max_length=200)] = Field(
         default={}, description="other names for inputs and outputs, for SET DO and RESET DO"
     )
+    cam: CamEntry | None = Field(None, description="how CAM files are read")
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +132,18 @@ class Signal:
 
 
 @dataclass(frozen=True, slots=True)
+class CamSettings:
+    """How a robot reads CAM files; mm and mm/s, as in the statements that they come down to."""
+
+    rapid_mm_s: float = _RAPID_MM_S
+    tolerance_mm: float = _TOLERANCE_MM
+    skips: bool = False
+    """Blocks that begin with `/` are left out."""
+    codes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Statements of the robot language by code."""
+
+
+@dataclass(frozen=True, slots=True)
 class PointsOwner:
     """What the points of one robot may name; None where nobody can say."""
 
@@ -127,6 +161,7 @@ class PointsSettings:
 
     points: dict[str, Point] = field(default_factory=dict)
     signals: dict[str, Signal] = field(default_factory=dict)
+    cam: CamSettings = field(default_factory=CamSettings)
 
 
 def read_points(file: Path, owner: PointsOwner, named_by: Naming | None = None) -> Reading[PointsFile]:
@@ -156,7 +191,15 @@ def settings_of(content: PointsFile, owner: PointsOwner) -> PointsSettings:
     return PointsSettings(
         {name: _point(entry, owner) for name, entry in content.points.items()},
         {name: _signal(entry) for name, entry in content.signals.items()},
+        cam_settings(content.cam),
     )
+
+
+def cam_settings(entry: CamEntry | None) -> CamSettings:
+    """How CAM files are read, of a file without problems."""
+    if entry is None:
+        return CamSettings()
+    return CamSettings(entry.rapid, entry.tolerance, entry.skip, entry.codes)
 
 
 def is_joints(keys: Collection[str], owner: PointsOwner) -> bool:
@@ -199,6 +242,14 @@ def _problems(document: Document, content: PointsFile, owner: PointsOwner) -> It
             yield document.problem(("signals", name), " and ".join(kinds) or "none of them", allowed)
         if "fresh" in document.keys(("signals", name)) and signal.key is None:
             yield document.problem(("signals", name, "fresh"), "a freshness", "none: only a key has one", at_key=True)
+    codes = {} if content.cam is None else content.cam.codes
+    for code in codes:
+        if code in _FIXED_CODES:
+            allowed = "other codes: M2 and M30 end a program, M6 does what the code T of its tool says"
+            yield document.problem(("cam", "codes", code), code, allowed, at_key=True)
+        elif (off := ENDED_BY.get(code, code)) not in codes:
+            allowed = f"both, or {off} alone"
+            yield document.problem(("cam", "codes", code), f"{code} without {off}", allowed, at_key=True)
 
 
 def _point_problems(document: Document, path: KeyPath, entry: PointEntry, owner: PointsOwner) -> Iterator[Problem]:

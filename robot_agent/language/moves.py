@@ -159,6 +159,8 @@ class MoveArc(Move):
     angle_rad: float | None
     """`H`: how far to go on the circle; the target is then only a point of it."""
     pace: MoveCaps = FREELY
+    lift_m: float = 0.0
+    """`LIFT`: a helix, which ends so far from the plane of the circle."""
     tangential_rad: float | None = None
     switches: tuple[Mark, ...] = ()
     spaces_off: frozenset[str] = frozenset()
@@ -169,12 +171,14 @@ class MoveArc(Move):
     @classmethod
     def read(cls, line: int, words: list[Word], reading: Reading) -> Self:
         aimed = aims(words, reading.names, via=True)
-        named = named_numbers(aimed.words, (*_COORDINATES, *_VIA, "H", *_PACE))
+        named = named_numbers(aimed.words, (*_COORDINATES, *_VIA, "H", "LIFT", *_PACE))
         pace = _path_pace_of(named, words[0], reading)
         angle = named.pop("H", None)
         if angle is not None and not 0.0 < abs(angle[0]) <= MOST_DEG:
             allowed = f"degrees of the circle to go, any but 0 up to {MOST_DEG:g}; negative is backwards"
             raise Mistake(angle[1].column, f"H={angle[0]:g}", allowed)
+        check_size(named, ("LIFT",), FARTHEST_MM, "mm")
+        lift_m = named.pop("LIFT", (0.0, words[0]))[0] / 1000.0
         via = {name[1:]: named.pop(name) for name in _VIA if name in named}
         if aimed.via.point and via:
             beside = f"{' '.join(f'Q{axis}' for axis in via)} beside the via point {aimed.via.point}"
@@ -187,7 +191,7 @@ class MoveArc(Move):
         position, orientation = _coordinates(named, words[0], aimed.target)
         radians = None if angle is None else math.radians(angle[0])
         return cls(
-            line, via_position, via_orientation, position, orientation, radians, pace,
+            line, via_position, via_orientation, position, orientation, radians, pace, lift_m,
             aim=aimed.target, via_aim=aimed.via,
         )  # fmt: skip
 

@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
-from cell.config.points_file import Point, PointsOwner, PointsSettings, Signal, SignalKind
+from cell.config.points_file import CamSettings, Point, PointsOwner, PointsSettings, Signal, SignalKind
 from cell.config.settings import CellSettings
 from robot_agent.model.description import RobotDescription
 
@@ -49,6 +49,8 @@ class Names:
     robot: str = ""
     variables: Mapping[str, str] = field(default_factory=dict)
     """Of the cell: by name, the robot whose programs set it."""
+    cam: CamSettings | None = None
+    """How CAM files are read."""
 
     @classmethod
     def of(
@@ -69,6 +71,7 @@ class Names:
             signals={} if taught is None else taught.signals,
             robot=robot,
             variables=cell.variables,
+            cam=CamSettings() if taught is None else taught.cam,
         )
 
     def sets(self, variable: str) -> bool | None:

@@ -1,11 +1,13 @@
 """Program text to statements. All mistakes are found in one pass and reported together."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 from cell.config.document import read_text
 from cell.config.problem import Problem, near
 from robot_agent.language.flow import mistakes_of_flow
+from robot_agent.language.gcode import is_cam, statements_of
 from robot_agent.language.names import Names, Points
 from robot_agent.language.program import CalledLine, Program, ProgramError, ProgramProblem
 from robot_agent.language.sequence import End
@@ -17,7 +19,7 @@ def parse_program(text: str, name: str, names: Names, folder: Path | None = None
     """Parse a program.
 
     Joint values are degrees or millimetres, lengths millimetres, speeds percent of the joint limits (`MJ`, `HOME`) or
-    mm/s (`ML`, `MC`, `MS`). What `CALL` names is read from `folder`.
+    mm/s (`ML`, `MC`, `MS`). What `CALL` names is read from `folder`; a file is G-code by its name.
     Raises `ProgramError` with every mistake, those in files that are called too.
     """
     reader = _Reader(names, folder)
@@ -55,15 +57,13 @@ class _Reader:
         reading = Reading(self._names, self._begins, variables=self._variables)
         file = name if called else ""
         self.lines += lines
-        for number, written in enumerate(lines, 1):
+        for number, column, words in self._statements(text, name, file):
             line = CalledLine(before + number, name, number) if called else number
-            found = statements_in(COMMENT.split(written, maxsplit=1)[0])
-            for words in (each for whole in found for each in tool_first(whole, self._names.joints)):
-                reading.place = len(self.statements)
-                try:
-                    self.statements.append(_kind(words[0]).read(line, words, reading))
-                except Mistake as mistake:
-                    self._wrong(file, number, mistake)
+            reading.place = len(self.statements)
+            try:
+                self.statements.append(_kind(words[0]).read(line, words, reading))
+            except Mistake as mistake:
+                self._wrong(file, number, Mistake(column or mistake.column, mistake.found, mistake.allowed))
         self.ends.append(len(self.statements))
         if called or reading.files:
             self.statements.append(End(line=before + max(len(lines), 1)))
@@ -71,6 +71,18 @@ class _Reader:
             if wanted not in self._begins:
                 self._call(wanted, file, int(number_of) - before, column)
         self._linked += [(file, before, place, make) for place, make in reading.linked]
+
+    def _statements(self, text: str, name: str, file: str) -> Iterator[tuple[int, int, list[Word]]]:
+        """Line and words of each statement of a file, and of G-code the column of what it comes from, else 0."""
+        if is_cam(name):
+            for line, column, written in statements_of(text, self._names.cam, partial(self._wrong, file)):
+                for words in statements_in(written):
+                    yield line, column, words
+            return
+        for line, written in enumerate(text.splitlines(), 1):
+            for whole in statements_in(COMMENT.split(written, maxsplit=1)[0]):
+                for words in tool_first(whole, self._names.joints):
+                    yield line, 0, words
 
     def link(self) -> None:
         """Make the statements that had to wait for labels, variables and files."""

@@ -20,7 +20,8 @@ class Arc(TcpCaps):
 
     Without `angle_rad` it ends in the target. With it the arc goes on (positive: from the start towards the via point)
     for that angle, any number of turns, and the target is only a point of the circle. The orientation passes through
-    those of start, via and target wherever the arc passes their places.
+    those of start, via and target wherever the arc passes their places. With `lift_m` it is a helix that ends so far
+    beside the plane of the circle, on the side from which start, via and target are counter-clockwise.
     """
 
     via_pose: Numbers
@@ -28,6 +29,7 @@ class Arc(TcpCaps):
     line: int
     angle_rad: float | None = None
     speed_m_s: float | None = None
+    lift_m: float = 0.0
 
     def __post_init__(self) -> None:
         self.check("arc", self.line, self.speed_m_s)

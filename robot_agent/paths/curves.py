@@ -58,7 +58,8 @@ class Straight:
 class Circle:
     """A circular arc about `centre` `(3,)`: from `centre + radius_m * u` towards `v`, both `(3,)` unit vectors.
 
-    `angle_rad` is signed and may be several turns.
+    `angle_rad` is signed and may be several turns. With `lift_m` it is a helix: it climbs so far from its beginning to
+    its end, evenly, along u x v.
     """
 
     centre: Numbers
@@ -66,18 +67,20 @@ class Circle:
     v: Numbers
     radius_m: float
     angle_rad: float
+    lift_m: float = 0.0
 
     @property
     def length_m(self) -> float:
-        return self.radius_m * abs(self.angle_rad)
+        return math.hypot(self.radius_m * self.angle_rad, self.lift_m)
 
     def at(self, distance_m: Numbers) -> Numbers:
         """See the module."""
-        sign = math.copysign(1.0, self.angle_rad)
-        phi = sign * np.asarray(distance_m, dtype=np.float64)[..., None] / self.radius_m
-        outwards = np.cos(phi) * self.u + np.sin(phi) * self.v
-        tangent = sign * (np.cos(phi) * self.v - np.sin(phi) * self.u)
-        return np.stack([self.centre + self.radius_m * outwards, tangent, -outwards / self.radius_m])
+        distance, length = np.asarray(distance_m, dtype=np.float64)[..., None], self.length_m
+        turn, climb = self.angle_rad / length, self.lift_m / length * np.cross(self.u, self.v)
+        outwards = np.cos(turn * distance) * self.u + np.sin(turn * distance) * self.v
+        onwards = np.cos(turn * distance) * self.v - np.sin(turn * distance) * self.u
+        place = self.centre + self.radius_m * outwards + distance * climb
+        return np.stack([place, self.radius_m * turn * onwards + climb, -self.radius_m * turn**2 * outwards])
 
 
 @dataclass(frozen=True, eq=False)

@@ -137,7 +137,7 @@ def turn_before(leg: Leg) -> list[Leg]:
 
 def end_of(block: TcpMove, start: Numbers) -> Numbers:
     """The pose `(4, 4)` in which a block ends that begins in `start`."""
-    if isinstance(block, Arc) and block.angle_rad is not None:
+    if isinstance(block, Arc) and (block.angle_rad is not None or block.lift_m != 0.0):
         try:
             return _leg_end(_arc(0, block, start)[0])
         except PathError:
@@ -187,10 +187,10 @@ def _arc(index: int, block: Arc, start: Numbers) -> list[Leg]:
         raise PathError(index, reason, "move the via point away from the line, or use a line")
     angle = geometry.target_rad if block.angle_rad is None else block.angle_rad
     base = geometry.circle
-    circle = type(base)(base.centre, base.u, base.v, base.radius_m, angle)
+    circle = type(base)(base.centre, base.u, base.v, base.radius_m, angle, block.lift_m)
     rotations = [pose[:3, :3] for pose in (start, block.via_pose, block.target_pose)]
     borders = [0.0, geometry.via_rad, geometry.target_rad]
-    turns, ends = _turns_around(rotations, borders, angle, base.radius_m)
+    turns, ends = _turns_around(rotations, borders, angle, circle.length_m / abs(angle))
     half = _turns_half(start, block, beyond=not 0.0 < angle <= geometry.target_rad)
     return [Leg(index, circle, turns, ends, False, False, block.round_m, half_turn=half)]
 
@@ -210,9 +210,12 @@ def _turns_half(start: Numbers, block: Arc, beyond: bool) -> bool:
 
 
 def _turns_around(
-    rotations: list[Numbers], borders: list[float], angle: float, radius_m: float
+    rotations: list[Numbers], borders: list[float], angle: float, way_m: float
 ) -> tuple[tuple[Turn, ...], tuple[float, ...]]:
-    """Turns from point to point of a circle, in the direction of `angle`, for as many rounds as it has."""
+    """Turns from point to point of a circle, in the direction of `angle`, for as many rounds as it has.
+
+    `way_m` is that of one radian.
+    """
     spans = [borders[1], borders[2] - borders[1], math.tau - borders[2]]
     order = [0, 1, 2] if angle > 0.0 else [2, 1, 0]
     turns: list[Turn] = []
@@ -222,9 +225,9 @@ def _turns_around(
         span = order[step % 3]
         before, after = (span, (span + 1) % 3) if angle > 0.0 else ((span + 1) % 3, span)
         axis, turn = turn_between(rotations[before], rotations[after])
-        turns.append(Turn(rotations[before], axis, turn / (spans[span] * radius_m), done * radius_m))
+        turns.append(Turn(rotations[before], axis, turn / (spans[span] * way_m), done * way_m))
         done = min(done + spans[span], abs(angle))
-        ends.append(done * radius_m)
+        ends.append(done * way_m)
         step += 1
     return tuple(turns), tuple(ends)
 

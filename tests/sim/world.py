@@ -36,11 +36,11 @@ from cell.messages import (
 from drive_gateway.gateway.core import GatewayCore
 from drive_gateway.gateway.shell import GatewayShell
 from robot_agent.agent.core import AgentCore
+from robot_agent.agent.operator.loading import read_program
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.shell import PERIOD_S as AGENT_PERIOD_S
 from robot_agent.agent.shell import AgentShell
-from robot_agent.language import Names, parse_program
 from tests.sim.bus import LivingBus, SimPort, SimWorkers
 from tests.sim.clock import Clock
 from tests.sim.disk import Disk, SimWriter
@@ -197,9 +197,7 @@ class World:
 
     def _agent(self, robot: str, cell: CellSettings, session: SimSession) -> Process:
         settings = self.cell.robots[robot]
-        text = settings.program.read_text()
-        names = Names.of(self.cell, robot, self.models[robot].description)
-        program = parse_program(text, settings.program.name, names, settings.program.parent)
+        program = read_program(cell, robot, self.models[robot], settings.program)
         planner_for = partial(self._planner_for, robot)
         core, stop = AgentCore(cell, robot, planner_for, program, session.boot), threading.Event()
         watched = WatchedCore(session.process, core, self.on_delivered)

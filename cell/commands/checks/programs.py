@@ -7,10 +7,10 @@ from cell.commands.checks.edges import idle_edges
 from cell.commands.checks.reach import unreachable_lines
 from cell.commands.checks.readings import NamedFiles
 from cell.config.document import Document, Naming, read_text
-from cell.config.points_file import PointsOwner, Signal, SignalKind, read_points, settings_of
+from cell.config.points_file import PointsOwner, PointsSettings, SignalKind, read_points, settings_of
 from cell.config.problem import Problem, Severity, near, refuses
 from robot_agent.kinematics import Model
-from robot_agent.language import Names, Points, Program, ProgramError, parse_program
+from robot_agent.language import Names, Program, ProgramError, parse_program
 from robot_agent.language.names import Known
 from robot_agent.model.checks import expected_joints
 
@@ -28,7 +28,7 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
         linear = {name for name, joint in model.joints.items() if joint.linear}
         branches = models[robot].branches if robot in models else None
         owner = PointsOwner(joints, linear, document.keys(("frames",)), tuple(model.tools), branches)
-        points, signals, problems = _taught(document, named, robot, file, owner)
+        taught, problems = _taught(document, named, robot, file, owner)
         yield from problems
         if not isinstance(text, Problem):
             inputs, outputs = _signals(document, named, robot)
@@ -43,10 +43,11 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
                 parts=model.parts,
                 meetings=_meetings(document, robot),
                 frames=document.keys(("frames",)),
-                points=points,
-                signals=signals,
+                points=None if taught is None else Points(taught.points),
+                signals={} if taught is None else taught.signals,
                 robot=robot,
                 variables=_variables(document),
+                cam=None if taught is None else taught.cam,
             )
             try:
                 program = parse_program(text, file.name, names, file.parent)
@@ -62,16 +63,16 @@ def check_programs(document: Document, named: NamedFiles, models: dict[str, Mode
 
 def _taught(
     document: Document, named: NamedFiles, robot: str, program: Path, owner: PointsOwner
-) -> tuple[Points | None, dict[str, Signal], list[Problem]]:
-    """Points and signals of a robot, and what is wrong with them; with that the points are None: nobody can say."""
+) -> tuple[PointsSettings | None, list[Problem]]:
+    """What a robot was taught, and what is wrong with that; None: nobody can say."""
     naming = Naming(document, ("robots", robot, "points"))
     file = naming.file() or program.parent / f"{robot}.points.yaml"
     if not file.exists():
-        return Points(), {}, []
+        return PointsSettings(), []
     reading = read_points(file, owner)
     problems = list(reading.problems)
     if reading.document is None or reading.content is None or refuses(problems):
-        return None, {}, problems
+        return None, problems
     taught = settings_of(reading.content, owner)
     inputs, outputs = _signals(document, named, robot)
     known = {SignalKind.OUTPUT: outputs, SignalKind.INPUT: inputs}
@@ -85,7 +86,7 @@ def _taught(
         elif there is not None and name in there and name != signal.name:
             found, allowed = f"{name!r}, which is an {signal.kind.value} itself", "a name that the drives file has not"
             problems.append(reading.document.problem(("signals", name), found, allowed, at_key=True))
-    return Points(taught.points), taught.signals, problems
+    return taught, problems
 
 
 def _signals(document: Document, named: NamedFiles, robot: str) -> tuple[Known, Known]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cell.commands.checks.programs import place_of
 from cell.config.problem import Problem, Severity
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.kinematics import Model
@@ -68,4 +69,4 @@ def _left(model: Model, planned: Planned) -> Iterator[_Left]:
 
 def _warning(file: Path, program: Program, line: int, found: str, allowed: str) -> Problem:
     text = f"{program.text_of(line)!r}: {found}"
-    return Problem(file, line, 1, "program", text, allowed, Severity.WARNING)
+    return Problem(*place_of(program, file, line), 1, "program", text, allowed, Severity.WARNING)

@@ -11,7 +11,7 @@ from cell.commands.checks.edges import stop_reasons
 from cell.commands.errors import CommandError, not_installed
 from cell.commands.files.plot_text import moves, stops, transitions
 from cell.config.document import read_text
-from cell.config.points_file import PointsOwner, load_points
+from cell.config.points_file import PointsOwner, PointsSettings, load_points
 from cell.config.problem import ConfigError, Problem
 from cell.geometry.arrays import Array
 from robot_agent.agent.planning.dry_run import dry_run
@@ -56,13 +56,14 @@ def plot(
     described = robot.description
     owner = PointsOwner(robot.joint_names, robot.linear_names, None, tuple(described.tools), robot.branches)
     try:
-        points = Points(load_points(taught, owner).points if taught is not None else {})
+        told = load_points(taught, owner) if taught is not None else PointsSettings()
         names = Names(
             robot.joint_names,
             linear=robot.linear_names,
             tools=described.tools,
             parts=described.parts,
-            points=points,
+            points=Points(told.points),
+            cam=told.cam,
         )
         parsed = parse_program(text, str(program), names, program.parent)
     except ConfigError as error:

@@ -314,7 +314,7 @@ def _tcp_block(step: TcpStep, present: NDArray[np.float64], targets: Targets) ->
         via = targets.pose(step.via_position_m, step.via_orientation_abc, step.via_aim, present)
         if step.via_orientation_abc is None and not step.via_aim.joints:
             via = evenly_turned(present, via, target)
-        block = Arc(via, target, step.line, step.angle_rad, step.pace.speed_m_s)
+        block = Arc(via, target, step.line, step.angle_rad, step.pace.speed_m_s, step.lift_m)
     return replace(
         block,
         rotation_rad_s=step.pace.rotation_rad_s,

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cell.config import ConfigError, load_cell
 from cell.config.points_edit import write_point
 from cell.config.points_file import (
+    CamSettings,
     JointPoint,
     PointsOwner,
     PosePoint,
@@ -90,6 +91,24 @@ def test_a_signal_stands_for_exactly_one_thing(tmp_path: Path) -> None:
     assert [each.split(": found ")[1].split(",")[0] for each in problems] == [
         "none of them", "input and output", "a freshness",
     ]  # fmt: skip
+
+
+def test_how_cam_files_are_read_is_said_beside_the_points(tmp_path: Path) -> None:
+    text = "cam:\n  rapid: 80\n  skip: true\n  codes: {M3: [SET DO spindle, WAIT 1], M5: [RESET DO spindle], S: []}\n"
+    codes = {"M3": ("SET DO spindle", "WAIT 1"), "M5": ("RESET DO spindle",), "S": ()}
+    assert load_points(file_of(tmp_path, text), OWNER).cam == CamSettings(80.0, 0.05, True, codes)
+    assert load_points(file_of(tmp_path, "points: {}"), OWNER).cam == CamSettings()
+
+
+def test_codes_of_cam_files_are_checked(tmp_path: Path) -> None:
+    problems = found(tmp_path, "cam:\n  codes:\n    M3: []\n    M30: []\n    M8: []\n    M9: []\n")
+    assert problems == [
+        "left.points.yaml:3:5: cam.codes.M3: found M3 without M5, allowed both, or M5 alone",
+        "left.points.yaml:4:5: cam.codes.M30: found M30, allowed other codes: M2 and M30 end a program, M6 does what "
+        "the code T of its tool says",
+    ]
+    (problem,) = found(tmp_path, "cam: {codes: {G28: []}}")
+    assert "cam.codes.G28: found the name 'G28', allowed text matching" in problem
 
 
 def test_a_new_point_comes_last_and_all_else_stays(tmp_path: Path) -> None:

@@ -56,6 +56,13 @@ def test_arcs_and_splines_become_si() -> None:
     assert spline == MoveSpline(2, (None, 0.1, None), None, MoveCaps(0.05, math.pi / 2))
 
 
+def test_an_arc_may_climb_and_is_a_helix_then() -> None:
+    (arc,) = parse_program("MC QX=1 X=2 Z=0 LIFT=-5 F=100", "p", Names(JOINTS)).statements
+    assert isinstance(arc, MoveArc)
+    assert arc.lift_m == -0.005
+    assert problems_of("MC QX=1 X=2 LIFT=100001 F=1") == ["1:13: found `LIFT=100001`, allowed -100000 to 100000 mm"]
+
+
 def test_caps_and_round_edges_go_with_every_move() -> None:
     joints, line = parse_program(
         "MJ J1=0 F=50 FC=200 FA=30 R=40\nML X=1 F=300 FC=200 R=0 FLIP=1", "p", Names(JOINTS)

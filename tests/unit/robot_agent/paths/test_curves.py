@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robot_agent.paths.arc import CircleGeometry
-from robot_agent.paths.curves import Trimmed, bezier, joining
+from robot_agent.paths.curves import Circle, Trimmed, bezier, joining
 from robot_agent.paths.spline import control_points, turns_back
 
 COORDINATE = st.floats(-1.0, 1.0) | st.sampled_from([0.0, 0.1, -0.1, 0.2, -0.2, 1.0, -1.0])
@@ -48,6 +48,23 @@ def test_points_on_a_line_or_in_one_place_make_no_circle(target: tuple[float, ..
 
 def test_a_via_point_that_is_the_start_but_for_rounding_makes_no_circle() -> None:
     assert CircleGeometry.through(np.zeros(3), np.array([0.0, 0.0, 3.7e-160]), np.array([0.0, 1.0, 1.0])) is None
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(1e-4, 1.0), st.floats(-30.0, 30.0).filter(lambda each: abs(each) > 1e-2), st.floats(-1.0, 1.0))
+def test_a_helix_climbs_evenly_and_its_tangent_and_curvature_are_the_derivatives(
+    radius_m: float, angle_rad: float, lift_m: float
+) -> None:
+    helix = Circle(np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1.0, 0]), radius_m, angle_rad, lift_m)
+    assert helix.length_m == pytest.approx(np.hypot(radius_m * angle_rad, lift_m))
+    share = np.linspace(0.0, 1.0, 9)
+    place, tangent, curvature = helix.at(share * helix.length_m)
+    wanted = [radius_m * np.cos(share * angle_rad), radius_m * np.sin(share * angle_rad), share * lift_m]
+    np.testing.assert_allclose(place.T, wanted, atol=1e-12)
+    step = 1e-5 * helix.length_m
+    later, earlier = (helix.at(share * helix.length_m + each)[0] for each in (step, -step))
+    np.testing.assert_allclose(tangent, (later - earlier) / (2.0 * step), atol=1e-6)
+    np.testing.assert_allclose(curvature, (later - 2.0 * place + earlier) / step**2, rtol=1e-3, atol=1e-3 / radius_m)
 
 
 @settings(max_examples=150, deadline=None)

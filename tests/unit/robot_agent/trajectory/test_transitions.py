@@ -164,6 +164,23 @@ def test_arc_by_angle_goes_round_as_often_as_it_says_and_backwards() -> None:
     assert way == pytest.approx(4.0 * np.pi * 0.05, rel=1e-4)
 
 
+@pytest.mark.parametrize(("turns", "lift_m"), [(2.0, 0.02), (-1.0, 0.03), (None, -0.01)])
+def test_a_helix_ends_beside_the_plane_of_its_circle_and_the_next_move_begins_there(
+    turns: float | None, lift_m: float
+) -> None:
+    via, target = at(y_mm=50, z_mm=50), at(y_mm=100)
+    circle = Arc(via, target, 1, angle_rad=None if turns is None else turns * 2.0 * np.pi, lift_m=lift_m)
+    motion = planned(circle, Line(at(y_mm=150), None, 2))
+    end = motion.pose(motion.ends[:1])[0]
+    flat = HERE if turns is not None else target
+    normal = np.cross(via[:3, 3] - HERE[:3, 3], target[:3, 3] - via[:3, 3])
+    beside_it = lift_m * normal / np.linalg.norm(normal)
+    np.testing.assert_allclose(end[:3, 3], flat[:3, 3] + beside_it, atol=2e-5)
+    way = motion.pose(np.linspace(0.0, motion.ends[0], 4000))[:, :3, 3]
+    length = np.linalg.norm(np.diff(way, axis=0), axis=1).sum()
+    assert length == pytest.approx(np.hypot(2.0 * np.pi * abs(turns or 0.5) * 0.05, lift_m), rel=1e-3)
+
+
 def test_arc_passes_the_orientations_of_its_points() -> None:
     via, target = at(y_mm=50, z_mm=50, turn_deg=12), at(y_mm=100, turn_deg=4)
     motion = planned(Arc(via, target, 1))
