@@ -32,7 +32,9 @@ _GAUSS_X = _GAUSS_X + 0.5
 _THIRDS = np.arange(4.0) / 3.0
 _POWERS_OF = np.linalg.inv(_THIRDS[:, None] ** np.arange(4.0))
 """From values at the thirds of a span to the coefficients of the powers."""
-_BEZIER_OF = np.array([[6.0, 0.0, 0.0, 0.0], [-5.0, 18.0, -9.0, 2.0], [2.0, -9.0, 18.0, -5.0], [0.0, 0.0, 0.0, 6.0]]) / 6.0
+_BEZIER_OF = (
+    np.array([[6.0, 0.0, 0.0, 0.0], [-5.0, 18.0, -9.0, 2.0], [2.0, -9.0, 18.0, -5.0], [0.0, 0.0, 0.0, 6.0]]) / 6.0
+)
 """From values at the thirds to control points."""
 _BLOCK = 32
 
@@ -249,7 +251,7 @@ def _solved(bands: Numbers, right: Numbers) -> Numbers:
         own[:, rows[inside] + k, rows[inside]] = by_block[k][:, inside]
         beside[:, rows[~inside], rows[~inside] + k - _BLOCK] = by_block[k][:, ~inside]
     wanted = wanted.reshape(blocks, _BLOCK, -1)
-    x, carried = np.empty_like(wanted), []
+    x, carried = np.empty_like(wanted), list[Numbers]()
     for k in range(blocks):
         if k:
             step = carried[-1]

@@ -16,11 +16,12 @@ from cell.geometry import quaternion
 from robot_agent.paths.arc import Arc
 from robot_agent.paths.caps import Tolerance
 from robot_agent.paths.chain import CurveChain
-from robot_agent.paths.curves import Numbers, Polynomial, Polynomials
+from robot_agent.paths.curves import Numbers, Polynomial
 from robot_agent.paths.fitting import Fit, NotFitted, Polyline, fitted
-from robot_agent.paths.legs import TcpMove, legs
+from robot_agent.paths.legs import legs
 from robot_agent.paths.line import Line
-from robot_agent.paths.orientation import Orientation, Turn, Window, turn_between, turned
+from robot_agent.paths.fitted_orientation import FittedOrientation
+from robot_agent.paths.orientation import Orientation, Turn, turn_between, turned
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.transition import Continuity, Passing, Transition
 
@@ -55,59 +56,17 @@ class Entry:
 class _Vertices:
     """The polyline of some moves: `places` `(n + 1, 3)`, `quaternions` `(n + 1, 4)`, each next to the one before.
 
-    `ends` `(moves,)` is the vertex at which each move ends.
+    `ends` `(moves,)` is the vertex at which each move ends. The moves are within the share `slack` of the tolerance.
     """
 
     places: Numbers
     quaternions: Numbers
     ends: NDArray[np.intp]
+    slack: float = 0.0
 
     @property
     def lengths(self) -> Numbers:
         return np.asarray(np.linalg.norm(np.diff(self.places, axis=0), axis=1))
-
-
-@dataclass(frozen=True, eq=False)
-class FittedOrientation:
-    """Quaternions over the parameters of a chain of polynomials, one for each: `powers` `(m, 4, 4)`."""
-
-    chain: CurveChain
-    powers: Numbers
-    windows: tuple[Window, ...] = ()
-    """Where one turn passes into another: nowhere."""
-
-    def at(self, distance_m: Numbers) -> Numbers:
-        """As `Orientation.at`."""
-        index, u = self.chain.parameter(distance_m)
-        return quaternion.to_matrix(self._derived(index, u, 0))
-
-    def states(self, distance_m: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """As `Orientation.states`."""
-        index, u = self.chain.parameter(distance_m)
-        _, first, second = self.chain.derivatives(index, u)
-        speed = np.linalg.norm(first, axis=1)
-        growth = (first * second).sum(axis=1) / speed**4
-        q, by_u, twice = (self._derived(index, u, order) for order in range(3))
-        rate = by_u / speed[:, None]
-        bend = twice / (speed**2)[:, None] - by_u * growth[:, None]
-        square = (q * q).sum(axis=1, keepdims=True)
-        spin, change = (2.0 * _vector_of_product(each, q) / square for each in (rate, bend))
-        # the quaternion is not quite of length 1: what its length does turns nothing, but counts in the second
-        drift = 2.0 * (q * rate).sum(axis=1, keepdims=True) / square
-        return quaternion.to_matrix(q), spin, change - drift * spin
-
-    def _derived(self, index: NDArray[np.intp], u: Numbers, order: int) -> Numbers:
-        powers = np.stack([_falling(k, order) * u ** max(k - order, 0) for k in range(4)], axis=-1)
-        return np.asarray((powers[:, None] @ self.powers[index])[:, 0])
-
-
-def _falling(k: int, order: int) -> float:
-    return float(np.prod(np.arange(k, k - order, -1.0)))
-
-
-def _vector_of_product(a: Numbers, q: Numbers) -> Numbers:
-    """The vector `(k, 3)` of a times the conjugate of q, both `(k, 4)`."""
-    return np.asarray(q[:, 3:] * a[:, :3] - a[:, 3:] * q[:, :3] - np.cross(a[:, :3], q[:, :3]))
 
 
 def smoothed(
@@ -205,7 +164,9 @@ class _Smoothing:
 
     def _plainly(self, first: int, last: int) -> None:
         """The blocks as they are."""
-        own = [block for block, end in zip(self._blocks, self._line.ends, strict=False) if first < end <= last or not last]
+        own = [
+            block for block, end in zip(self._blocks, self._line.ends, strict=False) if first < end <= last or not last
+        ]
         self._made += pose_paths(legs(own, self._pose(first)), self._blend_m)
 
     def _smooth(self, first: int, last: int, entry: Entry | None) -> PosePath:
@@ -221,7 +182,7 @@ class _Smoothing:
         x = places if still else np.hstack([places, turns])
         slack = 0.0 if still else float((np.linalg.norm(np.diff(turns, axis=0), axis=1) ** 2).max() / 8.0)
         begins = _states(start[:3, 3], own, entry)[:, : x.shape[1]]
-        taken = 1.0 - (2.0 * _SAME + _SAGITTA)
+        taken = 1.0 - line.slack
         fit = fitted(Polyline(t, x, slack), taken * tolerance.distance_m, taken * tolerance.angle_rad, begins)
         return self._path(first, min(last, self._last), t, fit, start)
 
@@ -243,7 +204,7 @@ class _Smoothing:
         u = (t[vertex] - spline.knots[index]) / np.diff(spline.knots)[index]
         numbers = tuple(self._blocks[k][0] for k in own.tolist())
         count = f"{len(own)} moves in {len(curves)} curves"
-        slack = 2.0 * _SAME + _SAGITTA
+        slack = self._line.slack
         told = Transition(
             numbers[0], numbers[-1], Continuity.C0, Passing.FITTED, count,
             fit.deviation_m + slack * self._tolerance.distance_m,
@@ -279,7 +240,9 @@ def _at_way(line: "_Vertices", way: Numbers) -> Numbers:
 def _angles(before: Numbers, after: Numbers) -> Numbers:
     """Angles `(k,)` between directions `(k, 3)`, exact for small ones and for those near pi; 0 where one is none."""
     lengths = [np.linalg.norm(each, axis=1) for each in (before, after)]
-    one, other = (each / np.maximum(length, 1e-300)[:, None] for each, length in zip((before, after), lengths, strict=True))
+    one, other = (
+        each / np.maximum(length, 1e-300)[:, None] for each, length in zip((before, after), lengths, strict=True)
+    )
     angle = 2.0 * np.arctan2(np.linalg.norm(other - one, axis=1), np.linalg.norm(other + one, axis=1))
     return np.where(np.minimum(*lengths) > _NO_WAY_M, angle, 0.0)
 
@@ -290,7 +253,9 @@ def _states(place: Numbers, q: Numbers, entry: Entry | None) -> Numbers:
     if entry is None:
         return here[None]
     first = quaternion.multiply(np.append(entry.spin, 0.0), q) / 2.0
-    second = (quaternion.multiply(np.append(entry.change, 0.0), q) + quaternion.multiply(np.append(entry.spin, 0.0), first)) / 2.0
+    second = (
+        quaternion.multiply(np.append(entry.change, 0.0), q) + quaternion.multiply(np.append(entry.spin, 0.0), first)
+    ) / 2.0
     return np.stack([here, np.concatenate([entry.tangent, first]), np.concatenate([entry.curvature, second])])
 
 
@@ -308,7 +273,8 @@ def _vertices(moves: Sequence[Line | Arc], start: Numbers, tolerance: Tolerance)
     q = quaternion.from_matrix(poses[:, :3, :3])
     flips = np.append(False, (q[1:] * q[:-1]).sum(axis=1) < 0.0)
     q[np.cumsum(flips) % 2 == 1] *= -1.0
-    return _Vertices(poses[:, :3, 3], q, np.array(ends, dtype=np.intp))
+    slack = _SAGITTA if any(isinstance(move, Arc) for move in moves) else 0.0
+    return _Vertices(poses[:, :3, 3], q, np.array(ends, dtype=np.intp), slack)
 
 
 def _between(move: Line | Arc, start: Numbers, tolerance: Tolerance) -> Numbers:
@@ -352,4 +318,5 @@ def _without_specks(line: _Vertices, tolerance: Tolerance) -> _Vertices:
         numbers.append(len(kept) - 1)
     if kept[-1] != len(places) - 1 and len(kept) > 1:
         kept[-1] = len(places) - 1
-    return _Vertices(line.places[kept], line.quaternions[kept], np.array(numbers)[line.ends])
+    slack = line.slack + 2.0 * _SAME
+    return _Vertices(line.places[kept], line.quaternions[kept], np.array(numbers)[line.ends], slack)

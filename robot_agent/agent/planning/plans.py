@@ -23,6 +23,10 @@ class PlanRequest:
     zones: tuple[ZoneGeometry, ...]
     frames: tuple[FramePose, ...] = ()
     """Where the frames are in which things stand; without them things are where the cell file says."""
+    beyond: tuple[MotionStep, ...] = ()
+    """What comes after the steps: lines within a tolerance are led towards it."""
+    aimed: NDArray[np.float64] | None = None
+    """The pose `(4, 4)` to which the step before led, where the robot may be beside it."""
 
     @property
     def mounted(self) -> Mounted:
@@ -58,6 +62,10 @@ class ExtendRequest:
     """As in `PlanRequest`."""
     sections: MotionSections | None = None
     """Of the motion."""
+    beyond: tuple[MotionStep, ...] = ()
+    """As in `PlanRequest`."""
+    aimed: NDArray[np.float64] | None = None
+    """As in `PlanRequest`."""
 
     @property
     def mounted(self) -> Mounted:
@@ -114,6 +122,8 @@ class Planned:
     """Where it enters and leaves spaces that an input switches."""
     sections: MotionSections | None = None
     """What it takes of the cell's space; None for samples that no plan has cut, and where robots are not kept apart."""
+    aimed: NDArray[np.float64] | None = None
+    """The pose `(4, 4)` to which its last step leads, where the motion may end beside it."""
 
     def line_at(self, tau: float) -> int:
         """The program line that path time `tau` [s] lies in."""
