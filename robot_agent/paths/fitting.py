@@ -2,9 +2,9 @@
 
 The lines are a polyline over its own length t, with a place and an orientation (a quaternion) at each vertex. The curve
 is a cubic spline c(t) whose second derivative is continuous: the one nearest to the polyline in the sense of least
-squares over the way (de Boor, A Practical Guide to Splines, chapter XIV). Where it is too far away its spans are divided and
-it is fitted again. Such a fit never is much farther away than the best spline on the same knots, however these lie
-(Shadrin, The L-infinity norm of the L2 spline projector is bounded independently of the knot sequence, 2001).
+squares over the way (de Boor, A Practical Guide to Splines, chapter XIV). Where it is too far away its spans are
+divided and it is fitted again. Such a fit never is much farther away than the best spline on the same knots, however
+these lie (Shadrin, The L-infinity norm of the L2 spline projector is bounded independently of the knot sequence, 2001).
 
 How far c(t) is from the polyline at the same t is a cubic between vertices and knots; the control points of its Bezier
 form bound it everywhere. So the tolerance is kept both ways, in the order of the way, and not only where one looks.

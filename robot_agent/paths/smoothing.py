@@ -1,7 +1,7 @@
 """Lines and arcs within a tolerance: many short ones become a few smooth curves, corners stay corners.
 
 A vertex is a corner where the direction turns by more than `CORNER_RAD` at once, seen over twice the tolerance of the
-way before and behind it: the path ends there, exactly. Where the way bends over several short lines nothing is a corner.
+way before and behind it: the path ends there, exactly. Where the way bends over several short lines there is none.
 """
 
 import math
@@ -17,10 +17,10 @@ from robot_agent.paths.arc import Arc
 from robot_agent.paths.caps import Tolerance
 from robot_agent.paths.chain import CurveChain
 from robot_agent.paths.curves import Numbers, Polynomial
+from robot_agent.paths.fitted_orientation import FittedOrientation
 from robot_agent.paths.fitting import Fit, NotFitted, Polyline, fitted
 from robot_agent.paths.legs import legs
 from robot_agent.paths.line import Line
-from robot_agent.paths.fitted_orientation import FittedOrientation
 from robot_agent.paths.orientation import Orientation, Turn, turn_between, turned
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.transition import Continuity, Passing, Transition
@@ -39,7 +39,8 @@ _STEP_RAD = np.radians(2.0)
 """Lines that turn the tool farther are looked at in parts, in which the turn is even as good as straight."""
 _STILL_RAD = 5e-6
 """Less is rounding."""
-_NO_WAY_M = 1e-9
+_NO_WAY_M, _SPECK_M = 1e-9, 1e-7
+"""On less way the tool turns on the spot, in any case or where it turns far."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,8 +80,8 @@ def smoothed(
 ) -> list[PosePath]:
     """Paths along blocks (index, move) of one tolerance, from corner to corner; it stops between them.
 
-    The first begins in pose `start` `(4, 4)`, within the tolerance of `aimed`, where the blocks begin; moving as `entry`
-    says, where that is possible. The last leads towards what is `beyond`. Where no smooth curve is within the tolerance
+    The first begins in pose `start` `(4, 4)`, within the tolerance of `aimed`, where the blocks begin; moving as
+    `entry` says, where that is possible. The last leads towards what is `beyond`. Where no smooth curve is within the tolerance
     the blocks are passed as they are, as `pose_paths` does with `blend_m`. Raises PathError.
     """
     return _Smoothing(blocks, aimed, start, entry, beyond, blend_m).paths()
@@ -110,12 +111,14 @@ class _Smoothing:
 
     def paths(self) -> list[PosePath]:
         line = self._line
-        spots = np.flatnonzero(line.lengths < _NO_WAY_M)
+        turned = np.linalg.norm(np.diff(line.quaternions, axis=0), axis=1)
+        spot = (line.lengths < _NO_WAY_M) | (turned > 0.51 * _STEP_RAD)
+        spots = np.flatnonzero(spot)
         stops = np.unique(np.concatenate([[0], corners(line, self._tolerance), spots, spots + 1, [len(line.lengths)]]))
         for first, last in pairwise(stops.tolist()):
             if first >= self._last:
                 break
-            if last == first + 1 and line.lengths[first] < _NO_WAY_M:
+            if spot[first]:
                 self._plainly(first, last)
             else:
                 self._along(first, last)
@@ -198,7 +201,7 @@ class _Smoothing:
             orientation = FittedOrientation(chain, spline.powers[..., 3:])
         ends = self._line.ends[: len(self._blocks)]
         begins = np.append(0, ends[:-1])
-        own = np.flatnonzero((begins < last) & ((ends > first) | (ends == 0) & (first == 0)))
+        own = np.flatnonzero((begins < last) & (ends > first) | (ends == last) | (ends == 0) & (first == 0))
         vertex = np.clip(ends[own], first, last) - first
         index = np.clip(np.searchsorted(spline.knots, t[vertex], side="right") - 1, 0, len(curves) - 1)
         u = (t[vertex] - spline.knots[index]) / np.diff(spline.knots)[index]
@@ -248,7 +251,7 @@ def _angles(before: Numbers, after: Numbers) -> Numbers:
 
 
 def _states(place: Numbers, q: Numbers, entry: Entry | None) -> Numbers:
-    """Place and quaternion `(1, 7)` where a curve begins; with an entry and their two derivatives by the way `(3, 7)`."""
+    """Place and quaternion `(1, 7)` where a curve begins; with an entry their two derivatives by the way too `(3, 7)`."""
     here = np.concatenate([place, q])
     if entry is None:
         return here[None]
@@ -282,7 +285,7 @@ def _between(move: Line | Arc, start: Numbers, tolerance: Tolerance) -> Numbers:
     if isinstance(move, Line):
         target = np.asarray(move.target_pose)
         cosine = (np.vdot(target[:3, :3], start[:3, :3]) - 1.0) / 2.0
-        if cosine > _COSINE:
+        if cosine > _COSINE or math.dist(target[:3, 3], start[:3, 3]) < _SPECK_M:
             return target[None]
         axis, angle = turn_between(start[:3, :3], target[:3, :3])
         share = np.arange(1.0, np.ceil(angle / _STEP_RAD) + 1.0) / np.ceil(angle / _STEP_RAD)

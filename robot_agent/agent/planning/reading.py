@@ -58,6 +58,8 @@ class ReadAhead:
 
     def reaches(self, seconds: float) -> bool:
         """Read on, if lines within a tolerance come; whether what is read lasts so long, or is all that may be read."""
+        if not self._steps:
+            self._read()
         for _ in range(self._at_once):
             if self.lasting_s >= seconds or not self._goes_on():
                 return True

@@ -14,7 +14,7 @@ from robot_agent.paths.pose_path import PosePath
 Numbers = NDArray[np.float64]
 
 _STEP = 0.2
-_LOOKED_AT = 800
+_LOOKED_AT = 300
 KINDS = ("circle", "wave", "face", "text", "corners", "doubled", "specks", "reversals", "mixed", "axes", "turning")
 
 
@@ -47,9 +47,9 @@ class CamLines:
 
 
 def cam_lines(kind: str, rng: np.random.Generator) -> CamLines:
-    """Some 30 to 120 lines of a kind, by chance."""
-    step = float(rng.choice([5e-5, 1e-4, 5e-4, 2e-3]))
-    s = np.arange(int(rng.integers(30, 120))) * step
+    """Some 20 to 60 lines of a kind, by chance."""
+    step = float(rng.choice([5e-5, 1e-4, 5e-4, 1e-3]))
+    s = np.arange(int(rng.integers(20, 60))) * step
     radius = float(rng.choice([1e-3, 5e-3, 0.05]))
     circle = radius * np.stack([np.cos(s / radius), np.sin(s / radius), 0.0 * s], axis=1)
     wave = np.stack([s, 0.3 * radius * np.sin(s / radius), 0.1 * s], axis=1)
@@ -81,7 +81,7 @@ def cam_lines(kind: str, rng: np.random.Generator) -> CamLines:
             back = np.concatenate([s, s[-1] - s[: len(s) // 2], s])
             places, turn = np.stack([back, 0.0 * back, 0.0 * back], axis=1), np.zeros((len(back), 3))
         case "mixed":
-            ways = rng.choice([1e-4, 1e-3, 0.02], size=(40, 1)) * (
+            ways = rng.choice([1e-4, 1e-3, 5e-3], size=(40, 1)) * (
                 np.array([1.0, 0, 0]) + 0.1 * rng.normal(size=(40, 3))
             )
             places, turn = np.cumsum(ways, axis=0), np.zeros((40, 3))
@@ -94,7 +94,7 @@ def cam_lines(kind: str, rng: np.random.Generator) -> CamLines:
 def away(lines: CamLines, paths: list[PosePath], tolerance: Tolerance) -> float:
     """How far paths and lines are from each other at most, both ways, as a share of the tolerance.
 
-    Some 800 places of each are looked at, and all places of the other `_STEP` of the tolerance apart, which makes up to
+    Some 300 places of each are looked at, and all places of the other `_STEP` of the tolerance apart, which makes up to
     0.5 % of a difference. Near to each there has to be one that is within both tolerances.
     """
     step = _STEP * tolerance.distance_m
