@@ -81,8 +81,8 @@ def smoothed(
     """Paths along blocks (index, move) of one tolerance, from corner to corner; it stops between them.
 
     The first begins in pose `start` `(4, 4)`, within the tolerance of `aimed`, where the blocks begin; moving as
-    `entry` says, where that is possible. The last leads towards what is `beyond`. Where no smooth curve is within the tolerance
-    the blocks are passed as they are, as `pose_paths` does with `blend_m`. Raises PathError.
+    `entry` says, where that is possible. The last leads towards what is `beyond`. Where no smooth curve is within the
+    tolerance the blocks are passed as they are, as `pose_paths` does with `blend_m`. Raises PathError.
     """
     return _Smoothing(blocks, aimed, start, entry, beyond, blend_m).paths()
 
@@ -251,7 +251,7 @@ def _angles(before: Numbers, after: Numbers) -> Numbers:
 
 
 def _states(place: Numbers, q: Numbers, entry: Entry | None) -> Numbers:
-    """Place and quaternion `(1, 7)` where a curve begins; with an entry their two derivatives by the way too `(3, 7)`."""
+    """Place and quaternion `(1, 7)` where a curve begins; with an entry also two derivatives by the way `(3, 7)`."""
     here = np.concatenate([place, q])
     if entry is None:
         return here[None]

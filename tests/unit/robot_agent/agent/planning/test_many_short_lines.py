@@ -91,7 +91,7 @@ def test_outputs_switch_where_the_end_of_their_line_lies_and_the_robot_does_not_
     marked = [k for k, marks in enumerate(path.switches) if marks]
     assert [path.lines[k] for k in marked] == [104, 205]
     places = path.motion.pose(path.motion.ends[marked])[:, 1:3, 3]
-    assert places == pytest.approx(np.array([PLACES[99], PLACES[199]]) + [0.0, 1.35], abs=TOLERANCE_M)
+    assert places == pytest.approx(np.array([PLACES[99], PLACES[199]]) + np.array([0.0, 1.35]), abs=TOLERANCE_M)
     inside = np.linspace(path.motion.ends[60], path.motion.ends[240], 2000)
     assert path.motion.tcp_speed(inside).min() > 0.98 * FEED_M_S
 
