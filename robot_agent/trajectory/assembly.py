@@ -53,7 +53,7 @@ def assembled(
         begins = end
         if isinstance(run, JointPath):
             inside = np.concatenate([stretch.ends for stretch in run.stretches])[:-1]
-            numbers = [np.arange(each.block - len(each.inner), each.block + 1) for each in run.stretches]
+            numbers = [np.arange(each.first_block, each.block + 1) for each in run.stretches]
             ends[np.concatenate(numbers)[:-1]] = begins + _passing(run, time, inside)
         end = begins + time.pieces.duration_s
         ends[run.stretches[-1].block] = end

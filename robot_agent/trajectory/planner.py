@@ -141,7 +141,7 @@ class _Paths:
         """Both in one, or the stop between them."""
         if isinstance(before, JointPath) and isinstance(path, JointPath):
             return blended(self._model, self._limits, before, path)
-        blocks = before.stretches[-1].block, path.stretches[0].block
+        blocks = before.stretches[-1].block, path.stretches[0].first_block
         return Transition(*blocks, Continuity.C0, Passing.STOPS, _BY_ITSELF)
 
     def _paths(self, q: NDArray[np.float64], known: JointPath | None) -> list[JointPath | Independent]:

@@ -45,6 +45,11 @@ class Stretch:
         return self.joint_speed, self.speed_m_s, self.rotation_rad_s, self.on_path, self.joint_rad_s
 
     @property
+    def first_block(self) -> int:
+        """The first of its blocks."""
+        return self.block - len(self.inner)
+
+    @property
     def ends(self) -> Numbers:
         """`(k + 1,)` where its blocks end, the last one `block`."""
         return np.append(self.inner, self.end)

@@ -98,7 +98,10 @@ def test_an_extension_that_does_not_go_on_in_the_direction_before_stops_at_the_c
     lines = circle(200)
     moves = lines.lines(TOLERANCE, 0.2)
     first = motion_of(moves[:100])
-    back = lines.poses[100].copy()
-    back[0, 3] += 0.03
-    onward = plan(MODEL, Sequence([Line(back, 0.2, 101, tolerance=TOLERANCE)]), LIMITS, start=first.state(0.2))
-    assert Passing.STOPS in [each.passing for each in onward.transitions]
+    aside = np.tile(lines.poses[100], (2, 1, 1))
+    aside[:, 0, 3] += 0.01, 0.03
+    moves = [Line(pose, 0.2, 101 + k, tolerance=TOLERANCE) for k, pose in enumerate(aside)]
+    onward = plan(MODEL, Sequence(moves), LIMITS, start=first.state(0.2))
+    (stop,) = (each for each in onward.transitions if each.passing is Passing.STOPS)
+    assert stop.block - stop.before == 1
+    assert onward.rests[1] == pytest.approx(onward.ends[-3], abs=1e-6)
