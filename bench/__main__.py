@@ -22,6 +22,7 @@ from bench.load import load
 from bench.makespan import makespan
 from bench.nearness import nearness
 from bench.rest import rests
+from bench.short_lines import short_lines
 from bench.timing import Row, median_s
 from bench.workspace import workspace
 from cell.messages import SetpointBlock
@@ -133,6 +134,7 @@ def main() -> None:
         *trajectories(model),
         *nearness(),
         *makespan(),
+        *short_lines(),
         *own,
         *emergency_stop(),
         *simulated_drives(),

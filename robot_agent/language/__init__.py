@@ -21,6 +21,7 @@ from robot_agent.language.moves import (
     SplineStep,
     Tangent,
     TcpStep,
+    WithinTolerance,
 )
 from robot_agent.language.names import Names, Points, points_owner
 from robot_agent.language.parser import parse_program
@@ -135,6 +136,7 @@ __all__ = [
     "WaitInput",
     "Walk",
     "Ways",
+    "WithinTolerance",
     "changes_tools",
     "excerpt",
     "forks",

@@ -122,7 +122,7 @@ class Interpreter:
         """Where the walk is: from equal places it goes on alike."""
         following = None if self._following is None else self._following.line
         at = self._at
-        switched = at.tangential_rad, at.tracking, at.spaces_off, at.tools, at.held, at.frame, at.ahead
+        switched = at.tangential_rad, at.tolerance, at.tracking, at.spaces_off, at.tools, at.held, at.frame, at.ahead
         speeds = at.joint_speed, at.path_speed_m_s, at.speed_share
         calls = tuple((call.back, call.left, frozenset(call.jumps_left.items())) for call in at.calls)
         return (

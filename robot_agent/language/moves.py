@@ -28,9 +28,11 @@ from robot_agent.language.words import (
     Word,
     check_size,
     named_numbers,
+    number,
     percent,
 )
 from robot_agent.model.description import NOTHING, Mounted
+from robot_agent.paths.caps import Tolerance
 
 _COORDINATES = ("X", "Y", "Z", "A", "B", "C")
 _HOME = "HOME"
@@ -39,6 +41,11 @@ _VIA = ("QX", "QY", "QZ", "QA", "QB", "QC")
 _PACE = ("F", "FC", "FA", "FJ", "R")
 _SPEEDS = {"F": (0.1, "mm/s"), "FC": (0.1, "mm/s"), "FA": (SLOWEST, "deg/s"), "FJ": (SLOWEST, "deg/s")}
 """The least that may be asked for, and the unit."""
+_LEAST_TOLERANCE = 0.001
+"""[mm, degrees]"""
+_MOST_TOLERANCE_MM, _MOST_TOLERANCE_DEG = 10.0, 30.0
+_TOLERANCE_DEG = 0.5
+"""Where ANGLE names none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,6 +301,39 @@ class Tangent(Statement):
         return True
 
 
+@statement("TOL")
+@dataclass(frozen=True, slots=True)
+class WithinTolerance(Statement):
+    """`TOL n`, `TOL n ANGLE m`, `TOL 0`: from here on lines and arcs are passed within it, or (`None`) exactly."""
+
+    tolerance: Tolerance | None
+
+    @classmethod
+    def read(cls, line: int, words: list[Word], _reading: Reading) -> Self:
+        allowed = "TOL n in mm, if wanted with ANGLE m in degrees, or TOL 0"
+        with_angle = len(words) == 4 and words[2].text.upper() == "ANGLE"
+        if not (len(words) == 2 or with_angle):
+            raise Mistake(words[0].column, f"`{' '.join(word.text for word in words)}`", allowed)
+        distance_mm = number(words[1].text, words[1])
+        if distance_mm == 0.0 and not with_angle:
+            return cls(line, None)
+        if not _LEAST_TOLERANCE <= distance_mm <= _MOST_TOLERANCE_MM:
+            found, between = f"TOL {words[1].text}", f"{_LEAST_TOLERANCE:g} to {_MOST_TOLERANCE_MM:g} mm, or 0 alone"
+            raise Mistake(words[1].column, found, between)
+        angle_deg = number(words[3].text, words[3]) if with_angle else _TOLERANCE_DEG
+        if not _LEAST_TOLERANCE <= angle_deg <= _MOST_TOLERANCE_DEG:
+            between = f"{_LEAST_TOLERANCE:g} to {_MOST_TOLERANCE_DEG:g} degrees"
+            raise Mistake(words[3].column, f"ANGLE {words[3].text}", between)
+        return cls(line, Tolerance(distance_mm / 1000.0, math.radians(angle_deg)))
+
+    def run(self, walk: Walk) -> None:
+        walk.tolerance = self.tolerance
+
+    @property
+    def idle(self) -> bool:
+        return True
+
+
 @statement("Z=")
 @dataclass(frozen=True, slots=True)
 class ActiveFrame(Statement):
@@ -381,7 +421,7 @@ def _path_pace(pace: MoveCaps, walk: Walk) -> MoveCaps | None:
     walk.path_speed_m_s = pace.speed_m_s or walk.path_speed_m_s
     if walk.path_speed_m_s is None:
         return None
-    return replace(pace, speed_m_s=walk.path_speed_m_s * walk.speed_share)
+    return replace(pace, speed_m_s=walk.path_speed_m_s * walk.speed_share, tolerance=walk.tolerance)
 
 
 def _joint(value: float, linear: bool) -> float:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from robot_agent.language.conditions import Branches, Ways
     from robot_agent.language.interpreter import Step
     from robot_agent.language.steps import Mark, Question, Signal
+    from robot_agent.paths.caps import Tolerance
 
 
 @dataclass(slots=True)
@@ -76,6 +77,8 @@ class Walk:
     """`SPEED`, of both."""
     tangential_rad: float | None = None
     """While TANG is on."""
+    tolerance: "Tolerance | None" = None
+    """`TOL`, of lines and arcs."""
     tracking: bool = False
     spaces_off: frozenset[str] = frozenset()
     """Spaces that are switched off."""

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from robot_agent.model.description import NOTHING, Mounted
+from robot_agent.paths.caps import Tolerance
 
 Position = tuple[float | None, float | None, float | None]
 """Coordinates [m]; `None` keeps the value."""
@@ -55,6 +56,8 @@ class MoveCaps:
     """Cap on the speed of the joints, the root of the sum of their squares (`FJ`)."""
     round_m: float | None = None
     """Round edge towards the next move (`R`); 0: stop there, `None`: stop unless it goes straight on."""
+    tolerance: Tolerance | None = None
+    """Of lines and arcs (`TOL`); `None`: the path is theirs."""
 
 
 FREELY = MoveCaps()

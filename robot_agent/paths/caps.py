@@ -29,6 +29,14 @@ class Caps:
             raise ValueError(f"{kind} move, line {line}: round edge {self.round_m} m found, allowed from 0")
 
 
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far the TCP may pass beside lines and arcs, and beside their orientation, where that spares it a stop."""
+
+    distance_m: float
+    angle_rad: float
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class TcpCaps(Caps):
     """The same for a move of the TCP."""
@@ -36,9 +44,14 @@ class TcpCaps(Caps):
     tangential_rad: float | None = None
     """The tool follows the direction of the path, at this angle to it (see `paths.tangential`); `None`: it turns from
     orientation to orientation as programmed."""
+    tolerance: Tolerance | None = None
+    """Of lines and arcs. `None`: the path is theirs."""
 
     def check(self, kind: str, line: int, speed_m_s: float | None) -> None:
         """Raise ValueError for values that make no sense."""
         Caps.check(self, kind, line, speed_m_s)
         if self.tangential_rad is not None and not math.isfinite(self.tangential_rad):
             raise ValueError(f"{kind} move, line {line}: angle of the tool {self.tangential_rad} found, allowed finite")
+        given = self.tolerance
+        if given is not None and not (0.0 < given.distance_m < math.inf and 0.0 < given.angle_rad < math.inf):
+            raise ValueError(f"{kind} move, line {line}: tolerance {given} found, allowed finite values above 0")

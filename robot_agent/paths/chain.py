@@ -35,6 +35,24 @@ class CurveChain:
             states[:, chosen] = self.curves[curve].at(own[chosen])
         return states
 
+    def parameter(self, distance_m: Numbers) -> tuple[NDArray[np.intp], Numbers]:
+        """The number of the curve and u on it at distances `(k,)`, where all curves are polynomials."""
+        index = np.searchsorted(self.starts_m[1:-1], distance_m, side="right")
+        return index, self._whole.parameter(index, distance_m - self.starts_m[index])
+
+    def derivatives(self, index: NDArray[np.intp], u: Numbers) -> Numbers:
+        """Place and its two derivatives by u `(3, k, 3)` on curves with these numbers, all of them polynomials."""
+        return self._whole.derivatives(index, u)
+
+    def distance(self, index: NDArray[np.intp], u: Numbers) -> Numbers:
+        """Distances `(k,)` [m] at u `(k,)` on curves with these numbers, all of them polynomials."""
+        return np.asarray(self.starts_m[index] + self._whole.distance(index, u))
+
+    @property
+    def _whole(self) -> Polynomials:
+        assert self._polynomials is not None
+        return self._polynomials
+
     @cached_property
     def _bare(self) -> list[tuple[Curve, float]]:
         """Each curve without what trims it, and the distance that is trimmed off its beginning."""

@@ -148,16 +148,30 @@ class Polynomials:
 
     def at(self, which: NDArray[np.intp], distance_m: Numbers) -> Numbers:
         """States as in the module `(3, k, 3)`, each at a distance `(k,)` on the curve with number `which` `(k,)`."""
+        u = self.parameter(which, distance_m)
+        return _states((_powers(u, self._orders.shape[1])[:, None] @ self._orders[which])[:, 0])
+
+    def parameter(self, which: NDArray[np.intp], distance_m: Numbers) -> Numbers:
+        """u `(k,)` at these distances on these curves."""
         starts = self._starts[which]
         distance = np.clip(distance_m, 0.0, starts[:, -1])
         cell = (starts[:, 1:-1] <= distance[:, None]).sum(axis=1)
         first, last = self._starts[which, cell], self._starts[which, cell + 1]
         if self._clock is None:
-            u = _parameter(self._tangents[which], distance, cell, first, last)
-        else:
-            share = (distance - first) / (last - first)
-            u = (_powers(share, 6) * self._clock[which, cell]).sum(axis=1)
-        return _states((_powers(u, self._orders.shape[1])[:, None] @ self._orders[which])[:, 0])
+            return _parameter(self._tangents[which], distance, cell, first, last)
+        share = (distance - first) / (last - first)
+        return np.asarray((_powers(share, 6) * self._clock[which, cell]).sum(axis=1))
+
+    def distance(self, which: NDArray[np.intp], u: Numbers) -> Numbers:
+        """Distances `(k,)` [m] at which these curves pass u `(k,)`."""
+        cell = np.clip((u * _CELLS).astype(np.intp), 0, _CELLS - 1)
+        edge = cell / _CELLS
+        return np.asarray(self._starts[which, cell] + _distance(self._tangents[which], edge, u - edge))
+
+    def derivatives(self, which: NDArray[np.intp], u: Numbers) -> Numbers:
+        """Place and its two derivatives by u `(3, k, 3)`."""
+        values = (_powers(u, self._orders.shape[1])[:, None] @ self._orders[which])[:, 0]
+        return np.moveaxis(values.reshape(-1, 3, 3), 1, 0)
 
     def _clocks(self) -> Numbers | None:
         """Coefficients `(curves, cells, 6)` of u over the share of a cell's distance; None where that is too rough."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from robot_agent.paths.chain import CurveChain
 from robot_agent.paths.curves import Curve, Numbers, Polynomial, Trimmed, joining
+from robot_agent.paths.fitted_orientation import FittedOrientation
 from robot_agent.paths.legs import Leg, turn_before
 from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, Meeting, via
 from robot_agent.paths.orientation import Orientation, Turn, Window, swing
@@ -30,7 +31,7 @@ class PosePath:
     """TCP poses by distance 0 to `length_m`; for a turn on the spot the distance is the angle [rad]."""
 
     chain: CurveChain
-    orientation: Orientation | Tangential
+    orientation: Orientation | Tangential | FittedOrientation
     blocks: tuple[int, ...]
     block_ends_m: Numbers
     """`(len(blocks),)` where each block ends."""

@@ -2,6 +2,9 @@
 
 from collections.abc import Iterable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from robot_agent.paths.arc import Arc
 from robot_agent.paths.joint_move import JointMove
 from robot_agent.paths.line import Line
@@ -11,12 +14,20 @@ Block = JointMove | Line | Arc | Spline
 
 
 class Sequence:
-    """The blocks of one motion, in order; each starts where the one before it ends."""
+    """The blocks of one motion, in order; each starts where the one before it ends.
 
-    __slots__ = ("blocks",)
+    `beyond` are blocks that come after it: they are not planned, but lines within a tolerance are led towards them.
+    `aimed` `(4, 4)` is the pose to which the block before led; None: where the robot is.
+    """
 
-    def __init__(self, blocks: Iterable[Block]) -> None:
+    __slots__ = ("aimed", "beyond", "blocks")
+
+    def __init__(
+        self, blocks: Iterable[Block], beyond: Iterable[Block] = (), aimed: NDArray[np.float64] | None = None
+    ) -> None:
         self.blocks: tuple[Block, ...] = tuple(blocks)
+        self.beyond: tuple[Block, ...] = tuple(beyond)
+        self.aimed = aimed
         if not self.blocks:
             raise ValueError("a sequence needs at least one block, none found")
 

@@ -23,6 +23,8 @@ class Passing(Enum):
     ROUNDED = "rounds the corner"
     BLENDED = "passes blended"
     THROUGH = "passes"
+    FITTED = "passes within the tolerance"
+    """From one block to another, and all between them."""
 
 
 @dataclass(frozen=True, slots=True)

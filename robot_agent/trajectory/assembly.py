@@ -51,10 +51,10 @@ def assembled(
     rests, transitions = kept.rests.tolist(), list(kept.transitions)
     for run, time in zip(runs, timed, strict=True):
         begins = end
-        if isinstance(run, JointPath) and len(run.stretches) > 1:
-            inner = run.stretches[:-1]
-            passed = _passing(run, time, np.array([stretch.end for stretch in inner]))
-            ends[[stretch.block for stretch in inner]] = begins + passed
+        if isinstance(run, JointPath):
+            inside = np.concatenate([stretch.ends for stretch in run.stretches])[:-1]
+            numbers = [np.arange(each.first_block, each.block + 1) for each in run.stretches]
+            ends[np.concatenate(numbers)[:-1]] = begins + _passing(run, time, inside)
         end = begins + time.pieces.duration_s
         ends[run.stretches[-1].block] = end
         rests.append(end)

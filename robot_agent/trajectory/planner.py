@@ -2,16 +2,18 @@
 
 import math
 from dataclasses import replace
-from itertools import groupby
+from itertools import groupby, takewhile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import Model
-from robot_agent.paths import JointMove, Line, PathError, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, PathError, Sequence, Spline
+from robot_agent.paths.caps import Tolerance
 from robot_agent.paths.legs import TcpMove, legs
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.sequence import Block
+from robot_agent.paths.smoothing import Entry, smoothed
 from robot_agent.paths.transition import Continuity, Passing, Transition
 from robot_agent.trajectory.assembly import Kept, assembled
 from robot_agent.trajectory.errors import PlanError
@@ -108,6 +110,7 @@ class _Paths:
 
     def __init__(self, model: Model, sequence: Sequence, limits: Limits) -> None:
         self._model, self._blocks, self._limits = model, sequence.blocks, limits
+        self._beyond, self._aimed = sequence.beyond, sequence.aimed
 
     @property
     def blocks(self) -> int:
@@ -138,7 +141,7 @@ class _Paths:
         """Both in one, or the stop between them."""
         if isinstance(before, JointPath) and isinstance(path, JointPath):
             return blended(self._model, self._limits, before, path)
-        blocks = before.stretches[-1].block, path.stretches[0].block
+        blocks = before.stretches[-1].block, path.stretches[0].first_block
         return Transition(*blocks, Continuity.C0, Passing.STOPS, _BY_ITSELF)
 
     def _paths(self, q: NDArray[np.float64], known: JointPath | None) -> list[JointPath | Independent]:
@@ -146,8 +149,12 @@ class _Paths:
         numbered = list(enumerate(self._blocks))
         for on_path, group in groupby(numbered, key=lambda each: not isinstance(each[1], JointMove)):
             if on_path:
-                blocks = [(k, b) for k, b in group if not isinstance(b, JointMove)]
-                made += self._followed(blocks, q, made[-1] if made else known)
+                moves = [(k, b) for k, b in group if not isinstance(b, JointMove)]
+                for blocks in _by_tolerance(moves):
+                    before = made[-1] if made else known
+                    start = before.end() if made and before is not None else q
+                    along = self._followed if _tolerance(blocks[0][1]) is None else self._smoothed
+                    made += along(blocks, start, before)
             else:
                 for index, block in group:
                     if isinstance(block, JointMove):
@@ -171,6 +178,42 @@ class _Paths:
             last = self._tcp_paths(blocks, q, arrival, departure)[-1]
             made[-1] = self._follow(last, made[-2].end() if len(made) > 1 else q)
         return made
+
+    def _smoothed(
+        self, blocks: list[tuple[int, TcpMove]], q: NDArray[np.float64], before: JointPath | Independent | None
+    ) -> list[JointPath]:
+        """Lines and arcs of one tolerance from joints `q` `(n,)`, on smooth curves from corner to corner."""
+        for index, block in blocks:
+            check_poses_of(index, block)
+        first, last = blocks[0][0], blocks[-1][0]
+        start = self._model.forward(q)
+        aimed = start if self._aimed is None or first > 0 else self._aimed
+        ahead = [*self._blocks[last + 1 :], *self._beyond] if blocks[-1][1].round_m is None else []
+        beyond = list(takewhile(lambda each: _tolerance(each) == blocks[-1][1].tolerance, ahead))
+        entry = self._entry(before) if isinstance(before, JointPath) and not before.stops_for else None
+        moves = [(k, b) for k, b in blocks if isinstance(b, Line | Arc)]
+        lines = [each for each in beyond if isinstance(each, Line | Arc)]
+        try:
+            paths = smoothed(moves, aimed, start, entry, lines, self._limits.shaping.blend_m)
+        except PathError as error:
+            raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error
+        made: list[JointPath] = []
+        for path in paths:
+            made.append(self._follow(path, made[-1].end() if made else q))
+        return made
+
+    def _entry(self, before: JointPath) -> Entry | None:
+        """How the TCP goes at the end of a path, by its way; None where it hardly moves."""
+        q, first, second = before.state(before.length)
+        jacobian = self._model.jacobian(q)
+        twist = jacobian @ first
+        growth = jacobian @ second + self._model.jacobian_derivative(q[None], first[None])[0] @ first
+        speed = float(np.linalg.norm(twist[:3]))
+        if speed * _MOST_TURN_RAD_M <= np.linalg.norm(twist[3:]):
+            return None
+        rate = twist / speed
+        bend = (growth - rate * (rate[:3] @ growth[:3])) / speed**2
+        return Entry(rate[:3], bend[:3], rate[3:], bend[3:])
 
     def _departure(self, index: int, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The direction in which a joint move goes on after block `index`, a spline that ends at joints `q` `(n,)`."""
@@ -218,14 +261,20 @@ class _Paths:
         flips = any(isinstance(b := self._blocks[k], Line) and b.wrist_may_flip for k in path.blocks)
         made = follow(self._model, path, start, self._limits.velocity, flips, refuse)
         ends = made.passing(path.block_ends_m)
-        stretches = tuple(
-            _stretch(float(end), index, self._blocks[index], 1.0, on_path=True)
-            for end, index in zip(ends, path.blocks, strict=True)
-        )
+        stretches = self._stretches(path.blocks, ends)
         corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
         last = self._blocks[path.blocks[-1]]
         stops = last.round_m, _stops_for(last)
         return JointPath(made.pieces, stretches, made.curvature, path.transitions, corners, *stops)
+
+    def _stretches(self, blocks: tuple[int, ...], ends: NDArray[np.float64]) -> tuple[Stretch, ...]:
+        """One for each block, which end at parameters `ends` `(k,)`; one for all that share caps within a tolerance."""
+        made: list[Stretch] = []
+        for numbers in _alike(self._blocks, blocks, ends):
+            last = numbers[-1]
+            stretch = _stretch(float(ends[last]), blocks[last], self._blocks[blocks[last]], 1.0, on_path=True)
+            made.append(replace(stretch, inner=ends[numbers[:-1]]))
+        return tuple(made)
 
     def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
         """A straight line in joint space, or every joint by itself; None where it goes nowhere."""
@@ -259,6 +308,45 @@ class _Paths:
             np.column_stack([qd, way]),
             np.column_stack([np.zeros_like(q), change]),
         )
+
+
+def _tolerance(block: Block) -> Tolerance | None:
+    """Of a line or an arc whose tool does not follow the path and whose wrist does not flip."""
+    if not isinstance(block, Line | Arc) or block.tangential_rad is not None:
+        return None
+    return None if isinstance(block, Line) and block.wrist_may_flip else block.tolerance
+
+
+def _by_tolerance(moves: list[tuple[int, TcpMove]]) -> list[list[tuple[int, TcpMove]]]:
+    """Consecutive moves with the same tolerance, or with none; within one a move with R is the last."""
+    made: list[list[tuple[int, TcpMove]]] = []
+    for index, move in moves:
+        before = made[-1][-1][1] if made else None
+        own = _tolerance(move)
+        if before is None or own != _tolerance(before) or (own is not None and before.round_m is not None):
+            made.append([])
+        made[-1].append((index, move))
+    return made
+
+
+def _alike(blocks: tuple[Block, ...], numbers: tuple[int, ...], ends: NDArray[np.float64]) -> list[list[int]]:
+    """Places in `numbers` of blocks that share one stretch: neighbours within a tolerance that have the same caps.
+
+    A block of no length goes with the next one.
+    """
+    made: list[list[int]] = []
+    caps: object = None
+    at = 0.0
+    for place, (number, end) in enumerate(zip(numbers, ends.tolist(), strict=True)):
+        block = blocks[number]
+        own = (block.speed_m_s, block.rotation_rad_s, block.joint_speed_rad_s)
+        follows = bool(made) and number == numbers[place - 1] + 1
+        if follows and _tolerance(block) is not None and (own == caps or at == 0.0):
+            made[-1].append(place)
+        else:
+            made.append([place])
+        caps, at = own, end
+    return made
 
 
 def _stops_for(block: Block) -> str:

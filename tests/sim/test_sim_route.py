@@ -47,7 +47,7 @@ ROUTE = (
             Hop("robot_agent/agent/operator/operator.py", "OperatorCalls._decide", "the call, if it is young enough"),
             Hop("robot_agent/agent/operator/decisions.py", "Decisions.decide", "yes or no, and why not"),
             Hop("robot_agent/agent/program/program_run.py", "ProgramRun.start", "the program from its first line"),
-            Hop("robot_agent/agent/planning/lookahead.py", "Lookahead._take", "what comes next, ahead of the motion"),
+            Hop("robot_agent/agent/planning/reading.py", "ReadAhead._read", "what comes next, ahead of the motion"),
             Hop("robot_agent/language/interpreter.py", "Interpreter.next", "the next step of the program"),
             Hop("robot_agent/language/moves.py", "MoveLine.run", "a step: where the TCP goes, and how fast"),
             Hop("robot_agent/agent/planning/joining.py", "StraightOn.take", "the moves that become one motion with it"),

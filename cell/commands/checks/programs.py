@@ -10,7 +10,7 @@ from cell.config.document import Document, Naming, read_text
 from cell.config.points_file import PointsOwner, PointsSettings, SignalKind, read_points, settings_of
 from cell.config.problem import Problem, Severity, near, refuses
 from robot_agent.kinematics import Model
-from robot_agent.language import Names, Program, ProgramError, parse_program
+from robot_agent.language import Names, Points, Program, ProgramError, parse_program
 from robot_agent.language.names import Known
 from robot_agent.model.checks import expected_joints
 

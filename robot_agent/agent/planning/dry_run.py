@@ -12,6 +12,11 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, Plan, PlanFailed, Planned
 from robot_agent.language import Finished, Program, ProgramFault, Ways, mounted_before
 
+_ALL = 1_000_000
+"""Steps read at once: nobody waits."""
+_LOOKED_AT = 500
+"""Places on a motion where it may be extended."""
+
 
 def dry_run(
     planner: Planner,
@@ -27,7 +32,7 @@ def dry_run(
     goes round without one. Inputs and variables are nobody's: at each fork of the program it goes by `ways`, the first
     time as if the condition held, then as if it did not.
     """
-    lookahead = Lookahead()
+    lookahead = Lookahead(read_at_once=_ALL)
     before = mounted_before(program, planner.model.description)
     lookahead.start(program, np.asarray(planner.model.home), before, Ways() if ways is None else ways)
     motions: list[Planned] = []
@@ -101,7 +106,8 @@ def _as_it_runs(
 def _extended(
     planner: Planner, lookahead: Lookahead, planned: Planned, frames: tuple[FramePose, ...]
 ) -> Planned | None:
-    for sent_tau in planned.motion.ends.tolist():
+    ends = planned.motion.ends
+    for sent_tau in ends[:: max(len(ends) // _LOOKED_AT, 1)].tolist():
         for effect in lookahead.extend((0.0, sent_tau), sent_tau, ()):
             if isinstance(effect, Plan):
                 result = planner.plan(replace(effect.request, frames=frames))

@@ -9,6 +9,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from itertools import pairwise, takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from cell.messages import ZoneGeometry
 from robot_agent.agent.parameters import AS_FILED, Tuning
 from robot_agent.agent.planning.joining import StraightOn, why_apart
 from robot_agent.agent.planning.plans import ExtendRequest, Plan, PlanFailed, Planned, PlanRequest, Unplan
+from robot_agent.agent.planning.reading import ReadAhead, tolerance_of
 from robot_agent.language import (
     Finished,
     Interpreter,
@@ -26,7 +28,6 @@ from robot_agent.language import (
     ProgramFault,
     Question,
     SplineStep,
-    Step,
     Still,
     TrackingOff,
     Walk,
@@ -47,6 +48,12 @@ _LEAD_S = 0.5
 _LASTING = 1.5
 """Planning may take so many times as long as the longest of the last `_MEASURED` plans."""
 _MEASURED = 4
+_BEGIN_S = 2.0
+"""So much of many short lines within a tolerance is planned before the robot begins."""
+_READ_AT_ONCE = 250
+"""Statements, while others wait: some 5 ms."""
+_BEYOND = 60
+"""Moves within a tolerance towards which a motion is led that ends before them."""
 _TAIL_S = 2.0
 """An extension begins no earlier than so long before the end, and two moves: what lies before it stays as it is."""
 _LEAST_LEFT_S = 0.3
@@ -73,15 +80,17 @@ Item = Planned | PlanFailed | Waiting | Still
 class Lookahead:
     """A queue of what the program does next. A motion is planned from where the one before it ends."""
 
-    def __init__(self) -> None:
-        self._interpreter: Interpreter | None = None
+    def __init__(self, read_at_once: int = _READ_AT_ONCE) -> None:
+        """`read_at_once` is how many steps are read in one call at most."""
+        self._read_at_once = read_at_once
+        self._ahead: ReadAhead | None = None
         self._items: deque[Item] = deque()
-        self._coming: deque[Step | PlanFailed] = deque()
-        """Interpreted, but not planned; or why the program ends there."""
         self._chain_of = _CHAIN
         """How many steps the next plan from rest may have."""
         self._plans = 0
         self._end = np.zeros(0)
+        self._aimed: NDArray[np.float64] | None = None
+        """The pose to which the newest motion leads, where it may end beside it."""
         self._last: MotionStep | None = None
         """Of the newest motion."""
         self.open: Planned | None = None
@@ -114,13 +123,12 @@ class Lookahead:
         With `ways` its forks go as those say, and nothing is asked. With `begins` it does not begin at its first line.
         """
         self.stop()
-        self._interpreter = Interpreter(program, mounted, self.known, ways, begins)
+        self._ahead = ReadAhead(Interpreter(program, mounted, self.known, ways, begins), self._read_at_once)
         self._end = q
 
     def stop(self) -> None:
-        self._interpreter = None
+        self._ahead = self._aimed = None
         self._items.clear()
-        self._coming.clear()
         self._chain_of = _CHAIN
         self._asked = self.open = self._extension = self._last = None
 
@@ -141,9 +149,8 @@ class Lookahead:
     @property
     def place(self) -> Hashable:
         """All that is to come, by where the program is: from equal places, and the same joints, it goes on alike."""
-        interpreted = None if self._interpreter is None else self._interpreter.place
-        items = tuple(item.lines if isinstance(item, Planned) else item.line for item in self._items)
-        return interpreted, items, tuple(step.line for step in self._coming)
+        ahead = None if self._ahead is None else (self._ahead.interpreter.place, self._ahead.lines)
+        return ahead, tuple(item.lines if isinstance(item, Planned) else item.line for item in self._items)
 
     def motions(self, running: Planned) -> tuple[Planned, ...]:
         """All that is planned: the motion that runs, and those that come."""
@@ -161,19 +168,19 @@ class Lookahead:
 
     def advance_from(self, q: NDArray[np.float64]) -> None:
         """The head is done with the robot at rest at `q` `(n,)`, where nobody knew that it would be."""
-        self._end = q
+        self._end, self._aimed = q, None
         self.advance()
 
     def decide(self, holds: bool) -> None:
         """The head is a step that forks, and is done: the program goes on with the next statement, or elsewhere."""
-        if self._interpreter is not None:
-            self._interpreter.decide(holds)
+        if self._ahead is not None:
+            self._ahead.interpreter.decide(holds)
         self.advance()
 
     @property
     def variables(self) -> dict[str, float]:
         """Of the program, as far as it is interpreted."""
-        return {} if self._interpreter is None else self._interpreter.variables
+        return {} if self._ahead is None else self._ahead.interpreter.variables
 
     def planned(self, result: Planned | PlanFailed, now: float = 0.0) -> None:
         """Take the worker's result; a result for a program that was stopped meanwhile is dropped."""
@@ -207,23 +214,27 @@ class Lookahead:
 
     def fill(self, zones: tuple[ZoneGeometry, ...] | None, now: float = 0.0) -> list[Effect]:
         """Interpret further, and hand the next motion to the worker; without zone geometry nothing is planned."""
-        if self._interpreter is None or zones is None or self.open is not None:
+        if self._ahead is None or zones is None or self.open is not None:
             return []
         most = _PLANNED_FURTHER if self.looks_further else _PLANNED_AHEAD
         while len(self._items) < most and not self._blocked():
-            step = self._take(self._interpreter)
+            if not self._ahead.reaches(_BEGIN_S):
+                return []
+            step, _ = self._ahead.next()
             if isinstance(step, MotionStep):
-                steps = self._chain(self._interpreter, step, self._chain_of, self._end)
+                steps = self._chain(self._ahead, step, self._chain_of, _BEGIN_S, self._end)
                 self._plans += 1
                 self._unplanned.add(self._plans)
                 self._last = steps[-1]
                 self._items.append(Waiting(self._plans, step.line))
-                self._asked, self._asked_at = (
-                    PlanRequest(self._plans, steps, self._end, zones, tuning=self.tuning()),
-                    now,
+                beyond = self._beyond(self._ahead, steps[-1])
+                self._asked = PlanRequest(
+                    self._plans, steps, self._end, zones, tuning=self.tuning(), beyond=beyond, aimed=self._aimed
                 )
+                self._asked_at = now
                 return [Plan(self._asked)]
             self._items.append(step)
+            self._aimed = None  # it is done at rest, where the motion before it ends exactly
         return []
 
     def extend(
@@ -234,7 +245,7 @@ class Lookahead:
         All blocks that count lie within the taus `reach` [s]; `played_tau` is where the robot is.
         """
         running = self.open
-        if running is None or self._interpreter is None or self._last is None:
+        if running is None or self._ahead is None or self._last is None:
             return []
         motion, (lowest_tau, sent_tau) = running.motion, reach
         if self._extension is not None:
@@ -251,15 +262,18 @@ class Lookahead:
             return []
         most = _moves_ahead(motion)
         left = len(motion.ends) - int(np.searchsorted(motion.ends, sent_tau + self._planning_s, side="right"))
-        if left > most // 2:
+        left_s = motion.duration_s - sent_tau - self._planning_s
+        many = tolerance_of(self._last) is not None
+        read = self._ahead.reaches(_AHEAD_S) or left_s < _TAIL_S / 2.0
+        if (left_s > _AHEAD_S / 2.0 or not read) if many else left > most // 2:
             return []
-        steps = self._chain(self._interpreter, self._last, 1 + most - left)[1:]
+        steps = self._chain(self._ahead, self._last, 1 + most - left, _AHEAD_S - left_s)[1:]
         self._plans += 1
         self._unplanned.add(self._plans)
         cut_s = max(lowest_tau - _KEPT_S, 0.0)
         self._extension = ExtendRequest(
             self._plans, steps, motion, running.lines, running.switches, at_s, cut_s, running.first_tau, zones,
-            sections=running.sections, tuning=tuning,
+            sections=running.sections, tuning=tuning, beyond=self._beyond(self._ahead, steps[-1]), aimed=running.aimed,
         )  # fmt: skip
         self._asked_at = now
         return [Plan(self._extension)]
@@ -291,9 +305,9 @@ class Lookahead:
     def _too_short(self, planned: Planned) -> bool:
         """Whether a motion shall be planned again with more of the steps that join it; they are given back."""
         most = _moves_ahead(planned.motion)
-        if self._asked is None or most <= len(self._asked.steps) or not self._chain_goes_on():
+        if self._asked is None or most <= len(self._asked.steps) or not self._chain_goes_on() or self._ahead is None:
             return False
-        self._coming.extendleft(reversed(self._asked.steps))
+        self._ahead.give_back(self._asked.steps)
         self._chain_of = most
         return True
 
@@ -302,56 +316,59 @@ class Lookahead:
 
         Not the points of a spline in front of it: without that move they would be another curve.
         """
-        if self._asked is None:
+        if self._asked is None or self._ahead is None:
             return False
         steps = self._asked.steps[: failed.step]
         while steps and isinstance(steps[-1], SplineStep):
             steps = steps[:-1]
         if not steps:
             return False
-        self._coming = deque([*steps, failed])
+        self._ahead.end(steps, failed)
         return True
 
     def _give_back(self) -> None:
         """The steps of an extension that is not wanted any more are still to be planned."""
-        if self._extension is not None:
-            self._coming.extendleft(reversed(self._extension.steps))
+        if self._extension is not None and self._ahead is not None:
+            self._ahead.give_back(self._extension.steps)
             self._extension = None
 
     def _after(self, newest: Planned, extensible: bool) -> None:
         """Go on after a motion; if it is extensible and the chain is longer, by extending it."""
-        self._end = newest.motion.q(np.array(newest.motion.duration_s))
+        self._end, self._aimed = newest.motion.q(np.array(newest.motion.duration_s)), newest.aimed
         self.open = newest if extensible and self._chain_goes_on() else None
 
     def _chain_goes_on(self) -> bool:
-        if self._interpreter is None or self._last is None:
+        if self._ahead is None or self._last is None:
             return False
-        if not self._coming:
-            self._coming.append(self._interpreter.next())
-        step = self._coming[0]
+        step = self._ahead.peek()
         return isinstance(step, MotionStep) and not why_apart(self._last, step)
 
-    def _take(self, interpreter: Interpreter) -> Step | PlanFailed:
-        return self._coming.popleft() if self._coming else interpreter.next()
-
     def _chain(
-        self, interpreter: Interpreter, first: MotionStep, most: int, start: NDArray[np.float64] | None = None
+        self, ahead: ReadAhead, first: MotionStep, most: int, lasting_s: float, start: NDArray[np.float64] | None = None
     ) -> tuple[MotionStep, ...]:
         """The steps from `first` on between which the robot may not have to stop; they are planned together.
 
-        `start` `(n,)` are the joints before the first one, None where they are not known.
+        They are so many, and within a tolerance as many as last so long at their feed. `start` `(n,)` are the joints
+        before the first one, None where they are not known.
         """
-        steps, straight = [first], StraightOn(start)
+        steps, straight, lasts_s = [first], StraightOn(start), 0.0
         straight.take(first)
-        while len(steps) < most:
-            step = self._take(interpreter)
-            if isinstance(step, MotionStep) and (not why_apart(steps[-1], step) or straight.goes_on(step)):
-                steps.append(step)
-                straight.take(step)
-                continue
-            self._coming.appendleft(step)
-            break
+        while len(steps) < most or (lasts_s < lasting_s and tolerance_of(steps[-1]) is not None):
+            step = ahead.peek()
+            if not isinstance(step, MotionStep) or not (not why_apart(steps[-1], step) or straight.goes_on(step)):
+                break
+            steps.append(step)
+            straight.take(step)
+            lasts_s += ahead.next()[1]
         return tuple(steps)
+
+    def _beyond(self, ahead: ReadAhead, last: MotionStep) -> tuple[MotionStep, ...]:
+        """The moves towards which a motion is led that ends with `last`."""
+        if tolerance_of(last) is None or last.pace.round_m is not None:
+            return ()
+        moves = [last, *ahead.moves_beyond(_BEYOND)]
+        joined = takewhile(lambda pair: not why_apart(*pair), pairwise(moves))
+        return tuple(move for _, move in joined)
 
     def _blocked(self) -> bool:
         """After a motion without a plan, where a correction ends, at a fork, or after the end, nothing is planned."""

@@ -1,5 +1,6 @@
 """From steps of a program to a planned motion with its swept body. Runs in a worker; pure, so tests call it too."""
 
+from contextlib import suppress
 from copy import copy
 from dataclasses import replace
 from itertools import groupby
@@ -11,9 +12,10 @@ from cell.geometry import pose_from, transform_points
 from cell.messages import FramePose, ZoneGeometry
 from robot_agent.agent.parameters import AS_FILED
 from robot_agent.agent.planning.plans import Extended, ExtendRequest, PlanFailed, Planned, PlanRequest
+from robot_agent.agent.planning.reading import tolerance_of
 from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError
-from robot_agent.language import JointStep, LineStep, Mark, SplineStep, Switch, TcpStep
+from robot_agent.language import JointStep, LineStep, Mark, MotionStep, SplineStep, Switch, TcpStep
 from robot_agent.model.description import Mounted
 from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
@@ -86,7 +88,10 @@ class Planner:
             planner = copy(planner)
             planner.limits = request.tuning.within(planner.limits)
         try:
-            return planner._slowed(request, Sequence(planner._blocks(request)))
+            sequence, pose = planner._sequence(request)
+            result = planner._slowed(request, sequence)
+            aside = tolerance_of(request.steps[-1]) is not None
+            return replace(result, aimed=pose) if aside and isinstance(result, Planned) else result
         except PlanError as error:
             return PlanFailed(request.id, error.line, str(error), error.block)
         except KinematicsError as error:
@@ -111,7 +116,7 @@ class Planner:
             for k in np.unique(number[hasty]):
                 there = hasty & (number == k)
                 blocks[k] = self._slower(blocks[k], motion.q(taus[there]), motion.qd(taus[there]), haste[there])
-            sequence = Sequence(blocks)
+            sequence = Sequence(blocks, sequence.beyond, sequence.aimed)
         text = (
             f"line {line}: the TCP is {100.0 * (worst - 1.0):.0f} % too fast in a slow space, whatever the move's speed"
         )
@@ -204,7 +209,7 @@ class Planner:
     def half_turns(self, request: PlanRequest | ExtendRequest) -> set[int]:
         """Program lines of the request on which the tool makes half a turn at once, whose two ways are as long."""
         planner = self.mounting(request.mounted)
-        numbered = list(enumerate(planner._blocks(request)))
+        numbered = list(enumerate(planner._sequence(request)[0].blocks))
         lines, q = set[int](), request.start
         for joints, group in groupby(numbered, key=lambda each: isinstance(each[1], JointMove)):
             moves = list(group)
@@ -228,12 +233,22 @@ class Planner:
         taus = motion.grid
         return Planned(0, (0,), motion, taus, sweep(self.model, self.pose_world_base, motion.q(taus)), (), {})
 
-    def _blocks(self, request: PlanRequest | ExtendRequest) -> list[Block]:
-        """The steps with every value that they leave to where the robot comes from."""
-        blocks: list[Block] = []
+    def _sequence(self, request: PlanRequest | ExtendRequest) -> tuple[Sequence, NDArray[np.float64]]:
+        """The steps with every value that they leave to where the robot comes from; the pose that they lead to."""
         q = request.start
-        pose = self.model.forward(q)
-        for step in request.steps:
+        pose = self.model.forward(q) if request.aimed is None else request.aimed
+        blocks, q, pose = self._blocks(request.steps, q, pose)
+        beyond: list[Block] = []
+        with suppress(PlanError):
+            beyond = self._blocks(request.beyond, q, pose)[0]
+        return Sequence(blocks, beyond, request.aimed), pose
+
+    def _blocks(
+        self, steps: tuple[MotionStep, ...], q: NDArray[np.float64], pose: NDArray[np.float64]
+    ) -> tuple[list[Block], NDArray[np.float64], NDArray[np.float64]]:
+        """Steps from joints `q` `(n,)` and pose `(4, 4)` of the TCP as blocks; joints and pose behind them."""
+        blocks: list[Block] = []
+        for step in steps:
             try:
                 if isinstance(step, JointStep):
                     q = self.targets.joints(step, q)
@@ -245,7 +260,7 @@ class Planner:
                     pose = end_of(block, pose)
             except NoPlace as error:
                 raise PlanError(len(blocks), step.line, str(error), error.remedy) from error
-        return blocks
+        return blocks, q, pose
 
     def _with_body(self, id: int, lines: tuple[int, ...], motion: Motion, zones: tuple[ZoneGeometry, ...]) -> Planned:
         taus = motion.grid
@@ -321,4 +336,5 @@ def _tcp_block(step: TcpStep, present: NDArray[np.float64], targets: Targets) ->
         joint_speed_rad_s=step.pace.joint_speed_rad_s,
         round_m=step.pace.round_m,
         tangential_rad=step.tangential_rad,
+        tolerance=tolerance_of(step),
     )

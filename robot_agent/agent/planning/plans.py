@@ -26,6 +26,10 @@ class PlanRequest:
     """Where the frames are in which things stand; without them things are where the cell file says."""
     tuning: Tuning = AS_FILED
     """What an operator has set."""
+    beyond: tuple[MotionStep, ...] = ()
+    """What comes after the steps: lines within a tolerance are led towards it."""
+    aimed: NDArray[np.float64] | None = None
+    """The pose `(4, 4)` to which the step before led, where the robot may be beside it."""
 
     @property
     def mounted(self) -> Mounted:
@@ -63,6 +67,10 @@ class ExtendRequest:
     """Of the motion."""
     tuning: Tuning = AS_FILED
     """That with which the motion was planned."""
+    beyond: tuple[MotionStep, ...] = ()
+    """As in `PlanRequest`."""
+    aimed: NDArray[np.float64] | None = None
+    """As in `PlanRequest`."""
 
     @property
     def mounted(self) -> Mounted:
@@ -121,6 +129,8 @@ class Planned:
     """Where it enters and leaves spaces that an input switches."""
     sections: MotionSections | None = None
     """What it takes of the cell's space; None for samples that no plan has cut, and where robots are not kept apart."""
+    aimed: NDArray[np.float64] | None = None
+    """The pose `(4, 4)` to which its last step leads, where the motion may end beside it."""
 
     def line_at(self, tau: float) -> int:
         """The program line that path time `tau` [s] lies in."""

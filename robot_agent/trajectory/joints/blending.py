@@ -105,7 +105,8 @@ def _bridge(model: Model, first: JointPath, second: JointPath, cut: float) -> Jo
     pieces, curvature = without_tcp(joints), np.zeros((0, 2))
     if any(edge.on_path or edge.capped for edge in edges):
         pieces, curvature = with_tcp(model, joints)
-    stretches = (replace(edges[0], end=length / 2.0), replace(edges[1], end=length))
+    halves = zip(edges, (length / 2.0, length), strict=True)
+    stretches = tuple(replace(edge, end=end, inner=np.zeros(0)) for edge, end in halves)
     path = JointPath(pieces, stretches, curvature, (), (length, 0.0), None)
     whole = joined(joined(first.part(0.0, start), path), second.part(stop, second.length))
     head = min(first.corner_lengths[0], start)

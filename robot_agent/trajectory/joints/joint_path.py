@@ -6,7 +6,7 @@ two paths join smoothly exactly where tangent and curvature by it agree: that is
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from robot_agent.trajectory.joints.tcp_way import continued
 Numbers = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
     """Up to parameter `end`: block `block`, its caps, and whether the limits of the TCP's path hold."""
 
@@ -31,11 +31,37 @@ class Stretch:
     on_path: bool
     joint_rad_s: float = np.inf
     """Cap on the speed of the joints that turn, the root of the sum of their squares."""
+    inner: Numbers = field(default_factory=lambda: np.zeros(0))
+    """`(k,)` rising parameters at which the k blocks before `block` end, which have the same caps."""
 
     @property
     def capped(self) -> bool:
         """Whether the TCP has a cap of its own."""
         return min(self.speed_m_s, self.rotation_rad_s) < np.inf
+
+    @property
+    def caps(self) -> tuple[float | bool, ...]:
+        """What holds along it."""
+        return self.joint_speed, self.speed_m_s, self.rotation_rad_s, self.on_path, self.joint_rad_s
+
+    @property
+    def first_block(self) -> int:
+        """The first of its blocks."""
+        return self.block - len(self.inner)
+
+    @property
+    def ends(self) -> Numbers:
+        """`(k + 1,)` where its blocks end, the last one `block`."""
+        return np.append(self.inner, self.end)
+
+    def numbered(self, blocks: int) -> "Stretch":
+        """The same with so many blocks before its own; fewer, where they are negative, and those are left out."""
+        block = max(self.block + blocks, 0)
+        return replace(self, block=block, inner=self.inner[max(len(self.inner) - block, 0) :])
+
+    def later(self, parameter: float) -> "Stretch":
+        """The same with so much of the parameter before it."""
+        return replace(self, end=self.end + parameter, inner=self.inner + parameter)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,16 +99,21 @@ class JointPath:
         return self.pieces.shape(np.array(at))[:3, : self.joints]
 
     def later(self, blocks: int) -> "JointPath":
-        """The same with so many blocks before its own."""
+        """The same with so many blocks before its own; fewer, where they are negative, and those are left out."""
         return replace(
             self,
-            stretches=tuple(replace(each, block=each.block + blocks) for each in self.stretches),
+            stretches=tuple(each.numbered(blocks) for each in self.stretches),
             transitions=tuple(each.shifted(blocks) for each in self.transitions),
         )
 
     def part(self, first: float, last: float) -> "JointPath":
         """The path from parameter `first` to `last`."""
-        ends = [replace(each, end=min(each.end, last) - first) for each in self.stretches]
+        ends = [
+            replace(
+                each, end=min(each.end, last) - first, inner=np.minimum(each.inner[each.inner > first], last) - first
+            )
+            for each in self.stretches
+        ]
         kept = [each for k, each in enumerate(ends) if each.end > (0.0 if k == 0 else max(ends[k - 1].end, 0.0))]
         inside = (self.curvature[:, 0] >= first) & (self.curvature[:, 0] <= last)
         curvature = self.curvature[inside] - np.array([first, 0.0])
@@ -106,7 +137,7 @@ def share_on_path(stretches: Sequence[Stretch], first: Numbers, last: Numbers) -
 def joined(first: JointPath, second: JointPath) -> JointPath:
     """Both paths one after the other."""
     offset = first.length
-    later = [replace(each, end=each.end + offset) for each in second.stretches]
+    later = [each.later(offset) for each in second.stretches]
     return JointPath(
         continued(first.pieces, second.pieces, first.joints),
         (*first.stretches, *later),

@@ -46,7 +46,7 @@ class JointMeeting:
         )
         if kink <= TANGENT_RAD:
             reason = "the curvature steps" if step > STEP_OF_CURVATURE else ""
-        return cls(edge.block, after.block, kink, step, turn, reason)
+        return cls(edge.block, after.first_block, kink, step, turn, reason)
 
     @property
     def tangential(self) -> bool:

@@ -64,7 +64,7 @@ class PathUnderWay:
         head, tail = rest.corner_lengths
         rest = replace(
             rest,
-            stretches=tuple(replace(each, block=max(each.block - first, 0)) for each in rest.stretches),
+            stretches=tuple(each.numbered(-first) for each in rest.stretches),
             corner_lengths=(max(head, 0.0), max(tail, 0.0)),
             transitions=tuple(each.shifted(-first) for each in rest.transitions if each.block > first),
         )

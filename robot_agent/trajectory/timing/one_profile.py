@@ -1,7 +1,6 @@
 """Paths that are timed by one profile, over all of their length."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -48,7 +47,7 @@ def has_vias(path: JointPath) -> bool:
 def single(path: JointPath, limits: Limits) -> Timed | None:
     """One profile along `path` where its own limits are the only ones; None where the limits change along the path."""
     stretch = path.stretches[0]
-    if any(replace(each, end=stretch.end, block=stretch.block) != stretch for each in path.stretches):
+    if any(each.caps != stretch.caps for each in path.stretches):
         return None
     if stretch.on_path:
         return _tcp_move(path, limits)

@@ -13,7 +13,7 @@ from tests.unit.planned_moves import at, beside, planned
 from tests.unit.random_moves import LIMITS, MODEL, START, sequence
 
 C0, C1, C2 = Continuity
-STOPS, ROUNDED, BLENDED, THROUGH = Passing
+STOPS, ROUNDED, BLENDED, THROUGH = Passing.STOPS, Passing.ROUNDED, Passing.BLENDED, Passing.THROUGH
 WAY = np.array([0.2, 0.1, -0.1, 0.2, 0.1, 0.3])
 QUARTER = Arc(at(y_mm=200 + 70.710678, z_mm=29.289322), at(y_mm=300, z_mm=100), 2)
 """Radius 100 mm, tangential after a line along Y up to 200 mm."""
