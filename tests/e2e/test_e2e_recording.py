@@ -107,7 +107,7 @@ def _kept(live: LiveCell) -> None:
     assert {type(message).__name__ for message, _ in messages} >= KINDS_OF_A_CELL
     alarms = [at for message, at in messages if isinstance(message, Event) and message.code == "estop"]
     assert messages[0][1] < alarms[0] < messages[-1][1]
-    found = summary(messages)
+    found = summary(messages, messages[0][1])
     assert {span.what for span in found.modes["left"]} >= {"running", "estop"}
     assert found.alarms
 
