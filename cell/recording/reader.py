@@ -60,8 +60,8 @@ class Recorded:
         self.files = files
         """The cell's files by their names, and the layout."""
         self.cell = about.get("cell", "")
-        self.began = about["began"]
-        """When, in UTC."""
+        self.began = _moment(about["began"])
+        """Seconds since 1970 (UTC)."""
         self._cell_file = about["cell_file"]
 
     def messages(self, since: float | None = None) -> Iterator[Heard]:
@@ -97,10 +97,8 @@ class Recorded:
             raise self._other_version(str(error)) from error
 
     def span(self) -> tuple[float, float]:
-        """When the first and the last message were heard; both when it began for one without messages."""
-        times = [raw.at for raw in self.raw()]
-        began = datetime.fromisoformat(self.began).timestamp()
-        return (min(times), max(times)) if times else (began, began)
+        """When it began, and when the last message was heard; what was newest before that is in it too."""
+        return self.began, max((raw.at for raw in self.raw()), default=self.began)
 
     def _kind(self, name: str) -> type:
         if name not in KINDS:
@@ -152,3 +150,11 @@ def _seconds(nanoseconds: int) -> float:
 
 def _at(raw: Raw) -> float:
     return raw.at
+
+
+def _moment(text: str) -> float:
+    """Seconds since 1970 of a time in ISO 8601; 0 for what is none."""
+    try:
+        return datetime.fromisoformat(text).timestamp()
+    except ValueError:
+        return 0.0

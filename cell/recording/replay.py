@@ -1,6 +1,5 @@
 """A recording that is played: its messages again, at the pace at which they were heard, faster or slower."""
 
-import time
 from collections.abc import Callable, Iterator
 
 from cell.core import Arrived
@@ -14,8 +13,8 @@ class Replay:
     Not for several threads. Every method but `pace` raises `RecordingError`.
     """
 
-    def __init__(self, recorded: Recorded, speed: float = 1.0, clock: Callable[[], float] = time.monotonic) -> None:
-        """`speed`: 1 as it was, 2 twice as fast, 0 stands."""
+    def __init__(self, recorded: Recorded, speed: float, clock: Callable[[], float]) -> None:
+        """`speed`: 1 as it was, 2 twice as fast, 0 stands; `clock`: seconds, such as `time.monotonic`."""
         self._recorded = recorded
         self._clock = clock
         self._speed = speed

@@ -10,6 +10,8 @@ Told = tuple[float, str, bytes]
 """When a payload arrived [s], its key, and what it was."""
 MOST_KEYS = 1000
 """Whose newest payload from before the ring is kept: as many as a cell may have."""
+BEFORE_S = 10.0
+"""What was told longer before the ring is no state any more: all states are repeated."""
 
 
 class Ring:
@@ -55,9 +57,14 @@ class Ring:
                 if told[1] in self._before or len(self._before) < MOST_KEYS:
                     self._before[told[1]] = told
 
+    def begins(self) -> float:
+        """Since when all that came is told, but for `lost`; 0 when that is nothing."""
+        return _unpacked(self._packed[0][1])[0][0] if self._packed else 0.0
+
     def told(self) -> Iterator[Told]:
-        """All that was packed, oldest first; what had to go comes before it. From the thread that packs."""
-        yield from sorted(self._before.values())
+        """All that was packed, oldest first; what had to go lately comes before it. From the thread that packs."""
+        begin = self.begins() - BEFORE_S
+        yield from sorted(told for told in self._before.values() if told[0] >= begin)
         for _, packed in self._packed:
             yield from _unpacked(packed)
 

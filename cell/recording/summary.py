@@ -95,9 +95,9 @@ class Summary:
         return dict(sorted(total.items(), key=lambda each: -each[1][1]))
 
 
-def summary(messages: Iterable[Heard]) -> Summary:
-    """Go through a recording once."""
-    seen = _Seen()
+def summary(messages: Iterable[Heard], began: float) -> Summary:
+    """Go through a recording that `began` then, once. What was heard before is what is known at its begin."""
+    seen = _Seen(began)
     for message, at in messages:
         seen.hear(message, at)
     return seen.summary()
@@ -137,8 +137,8 @@ class _Line:
 class _Seen:
     """What was heard so far."""
 
-    def __init__(self) -> None:
-        self._times: list[float] = []
+    def __init__(self, began: float) -> None:
+        self._began = self._ended = began
         self._modes: dict[str, _Line] = defaultdict(_Line)
         self._waits: dict[str, _Line] = defaultdict(_Line)
         self._zones: dict[str, _Line] = defaultdict(_Line)
@@ -153,7 +153,7 @@ class _Seen:
         self._alarms: list[tuple[float, Event]] = []
 
     def hear(self, message: object, at: float) -> None:
-        self._times = [*self._times[:1], at]
+        self._ended = max(self._ended, at)
         match message:
             case RobotState():
                 self._robot(message, at)
@@ -209,11 +209,10 @@ class _Seen:
                 curve.y[-1] = min(curve.y[-1], metres)
 
     def summary(self) -> Summary:
-        began, ended = (self._times[0], self._times[-1]) if self._times else (0.0, 0.0)
         cycles = {name: (all_[0], all_[-1]) for name, all_ in self._cycles.items()}
         return Summary(
-            began,
-            ended,
+            self._began,
+            self._ended,
             {name: line.all() for name, line in self._modes.items()},
             {name: dict(use) for name, use in self._use.items()},
             {name: line.all() for name, line in self._waits.items()},

@@ -91,7 +91,7 @@ class Recording:
             raise RecordingError(f"{self.path} cannot be written any more: {_why(error)}; what came before is in it")
 
     def _tell_cell(self, cell: RecordedCell, begun_at: float) -> None:
-        began = datetime.fromtimestamp(begun_at, UTC).isoformat(timespec="milliseconds")
+        began = datetime.fromtimestamp(begun_at, UTC).isoformat(timespec="microseconds")
         about = {"version": version("zencell"), "cell": cell.settings.name, "cell_file": cell.cell_file, "began": began}
         self._writer.write_metadata(METADATA, about)
         stamp = _nanoseconds(begun_at)

@@ -11,7 +11,7 @@ from cell.config.settings import CellSettings
 def json_line(kind: str, name: str, what: object = None, **more: object) -> str:
     """`{"kind": ..., "name": ...}`, then `more`, then the fields of the message or the part of one that is told."""
     told = {} if what is None else pydantic_core.to_jsonable_python(what)
-    return json.dumps({"kind": kind, "name": name, **more, **told}, ensure_ascii=False)
+    return json.dumps({"kind": kind, "name": name, **more, **told})
 
 
 def status_lines(settings: CellSettings, seen: Snapshot) -> list[str]:

@@ -1,5 +1,6 @@
 """`cell replay`: a recorded cell on the screen, as if it ran."""
 
+import time
 from datetime import UTC, datetime
 from typing import Annotated
 
@@ -42,7 +43,7 @@ def replay(
     with opened(recording, "cell replay") as recorded:
         from cell.recording.replay import Replay
 
-        player = Replay(recorded, speed)
+        player = Replay(recorded, speed, time.monotonic)
         listening = Listening(recorded.settings)
         if at is not None or as_json:
             player.seek(_moment(at or END, player.began, player.ends))

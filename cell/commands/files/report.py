@@ -30,7 +30,8 @@ def report(
     with opened(recording, "cell report") as recorded:
         from cell.recording.summary import TOLD_BY, summary
 
-        found = summary((recorded.message(raw), raw.at) for raw in recorded.raw() if raw.kind in TOLD_BY)
+        told = ((recorded.message(raw), raw.at) for raw in recorded.raw() if raw.kind in TOLD_BY)
+        found = summary(told, recorded.began)
         title = f"cell {recorded.cell}, {_time(found.began)} to {_time(found.ended)}"
         cut = " (cut off)" if recorded.cut else ""
     lines = report_lines(found)

@@ -19,14 +19,20 @@ _COLOURS = {
 
 def report_page(title: str, lines: list[str], found: Summary) -> str:
     """The HTML text. Bars are named in their hints, and a click on a name in the legend hides them."""
-    figures = [
+    over_time = [
         _bars("Modes", found.modes),
         _bars("Who waited, for what and for whom", found.waits),
         _bars("Zones", found.zones),
-        _use(found),
         _curves("Distance of the robots [mm]", {" and ".join(pair): c for pair, c in found.distances.items()}),
         _curves("Worst lateness of a cycle so far [ms]", found.lateness),
     ]
+    for figure in over_time:
+        figure.update_xaxes(range=[_utc(found.began), _utc(found.ended)])
+    figures = [*over_time[:3], _use(found), *over_time[3:]]
+    for figure in figures:
+        figure.update_layout(
+            margin={"l": 100, "r": 20, "t": 90}, legend={"orientation": "h", "y": 1.02, "yanchor": "bottom"}
+        )
     return page(title, lines, [figure for figure in figures if figure.data])
 
 

@@ -26,6 +26,7 @@ _CONFIG = {
     "modeBarButtonsToRemove": ["sendChartToCloud", "sendDataToCloud"],
 }
 """No button that sends what is shown to a service in the network."""
+_MARGIN = {"t": 60, "r": 40}
 _MARKED, _LIMIT, _END = "#d97706", "#c0392b", "#bbbbbb"
 _STYLE = """
 body{font:14px system-ui,sans-serif;margin:2em auto;max-width:1100px;padding:0 1em;color:#222}
@@ -83,7 +84,9 @@ class Chart:
             figure.add_vline(mark, line={"color": _END, "width": 1}, **named)
         for bound in self.bounds:
             figure.add_hline(bound, line={"color": _LIMIT, "dash": "dash", "width": 1}, annotation_text=f"{bound:.4g}")
-        figure.update_layout(title=self.title, height=340, meta="time" if self.over_time else "", showlegend=True)
+        figure.update_layout(
+            title=self.title, height=340, margin=_MARGIN, meta="time" if self.over_time else "", showlegend=True
+        )
         figure.update_xaxes(title=self.x_name, type="log" if self.decades else "linear")
         figure.update_yaxes(title=self.y_name)
         return figure
@@ -117,7 +120,12 @@ class Way:
         )
         axes = {f"{axis}axis_title": f"{axis.upper()} mm" for axis in "xyz"}
         figure.update_layout(
-            title=self.title, height=560, meta="way", showlegend=False, scene={"aspectmode": "data", **axes}
+            title=self.title,
+            height=560,
+            margin=_MARGIN,
+            meta="way",
+            showlegend=False,
+            scene={"aspectmode": "data", **axes},
         )
         return figure
 
@@ -152,7 +160,7 @@ def page(
     """The HTML text of a page; `lists` by their titles come after the curves, empty ones are left out."""
     drawn = []
     for number, figure in enumerate(figures):
-        figure.update_layout(template="plotly_white", margin={"t": 60, "r": 40}, hovermode="closest")
+        figure.update_layout(template="plotly_white", hovermode="closest")
         drawn.append(figure.to_html(full_html=False, include_plotlyjs=number == 0, config=_CONFIG))
     listed = "".join(
         f"<h2>{escape(name)}</h2><ul>{_items(lines)}</ul>" for name, lines in (lists or {}).items() if lines

@@ -90,11 +90,10 @@ class FaultRecorder:
 
         stamp = datetime.now(UTC).strftime("%Y-%m-%dT%H%M%S.%fZ")
         path = self._folder / f"{stamp}-{alarm.source.replace('/', '-')}-{alarm.code}{SUFFIX}"
-        told = list(self._ring.told())
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            with Recording(path, recorded(self._settings), told[0][0] if told else time.time()) as recording:
-                for at, key, payload in told:
+            with Recording(path, recorded(self._settings), self._ring.begins()) as recording:
+                for at, key, payload in self._ring.told():
                     message = self._decoder.decode(key, payload)
                     if type(message) in STATES:
                         recording.add(message, at)

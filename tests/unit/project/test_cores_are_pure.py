@@ -42,6 +42,7 @@ SHELLS = {
     "drive_gateway/gateway/bus/sdo_transfer.py": "the waits of the canopen client",
     "drive_gateway/gateway/bus/recorder.py": "writes frames to a file",
     "drive_gateway/canopen/abort_text.py": "canopen's names of abort codes",
+    "cell/recording/ring.py": "filled on the thread on which payloads arrive",
     "drive_gateway/canopen/axes_eds.py": "canopen's reader of EDS files",
     "drive_gateway/canopen/eds.py": "canopen's numbers of data types",
     "drive_gateway/config/checks.py": "asks python-can for its interfaces",

@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cell.messages import STATES
@@ -16,11 +16,13 @@ ANY = st.sampled_from(sorted(KINDS)).flatmap(lambda name: messages(KINDS[name]))
 
 
 @given(ANY)
+@settings(suppress_health_check=[HealthCheck.too_slow])
 def test_every_message_comes_back_as_it_was(message: Any) -> None:
     assert same(from_json(type(message), to_json(message)), message)
 
 
 @given(ANY)
+@settings(suppress_health_check=[HealthCheck.too_slow])
 def test_what_the_schema_says_is_what_is_written(message: Any) -> None:
     check(schema_of(type(message)), json.loads(to_json(message)))
 

@@ -22,12 +22,17 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
-from cell.recording.summary import Heard, Span, summary
+from cell.recording import summary as module
+from cell.recording.summary import Heard, Span, Summary
 
 PROGRAM = ProgramStatus("p", ProgramState.RUNNING, 1, "")
 LEFT = RobotState("left", "b", 1, Mode.RUNNING, PROGRAM, None, None, None, None, None)
 ZONE = ZoneStatus(ZoneState.OCCUPIED, "right", None, ("left",), 1, 0.0)
 MANAGER = ManagerState("c", "m", 1, 1, 0.0, "d", zones={"handover": ZONE})
+
+
+def summary(heard: list[Heard]) -> Summary:
+    return module.summary(heard, 0.0)
 
 
 def every(state: object, begin: float, end: float) -> list[Heard]:

@@ -1,5 +1,6 @@
 """Points are taught where the robot is measured, written into their file, gone to, and taken by the program."""
 
+import json
 import math
 from pathlib import Path
 
@@ -93,6 +94,7 @@ def test_joints_are_kept_as_they_are_measured(tmp_path: Path) -> None:
     assert isinstance(kept, JointPoint)
     np.testing.assert_allclose(kept.joints, HERE, atol=1e-8)
     assert answer(world, ListPoints()).text == "up: J1=5.0000 J2=0.0000 J3=20.0000 J4=0.0000 J5=40.0000 J6=0.0000"
+    assert json.loads(answer(world, ListPoints()).data)["up"]["joints"][0] == pytest.approx(math.radians(5.0))
 
 
 @pytest.mark.parametrize(
