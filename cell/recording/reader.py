@@ -125,6 +125,17 @@ class Recorded:
             except ConfigError as error:
                 raise self._other_version(f"in its cell file, {error.problems[0]}") from error
 
+    def unpack(self, folder: Path) -> Path:
+        """Write the files of the cell below a folder; where its cell file is then."""
+        for name, data in self.files.items():
+            parts = PurePosixPath(name).parts
+            if ".." in parts or PurePosixPath(name).is_absolute():
+                raise RecordingError(f"{self.path} has a file with the name {name!r}, which leads out of its folder")
+            file = folder.joinpath(*parts)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(data)
+        return folder.joinpath(*PurePosixPath(self._cell_file).parts)
+
     def _records(self) -> Iterator[McapRecord]:
         """Up to the end, or to where the file was cut off."""
         self.cut = False

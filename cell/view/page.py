@@ -18,9 +18,10 @@ from cell.view.curves import Curves, Quantity
 from cell.view.desk import Desk
 from cell.view.newest import Newest
 from cell.view.now import NowLines
+from cell.view.playback import Playback
 from cell.view.rows import Axes
 from cell.view.server import GatedServer, here
-from cell.view.source import Source
+from cell.view.source import Player, Source
 from cell.view.stage import ROBOT_COLOURS, Stage
 
 PICTURE_S = 1.0 / 30.0
@@ -40,7 +41,9 @@ class Page:
         source: Source,
         axes: Mapping[str, Axes],
         desk: Desk | None = None,
+        player: tuple[Player, float] | None = None,
     ) -> None:
+        """`player` and its speed: where the source is a recording, which those who watch may wind."""
         self._server = server
         self._settings = settings
         self._source = source
@@ -53,6 +56,11 @@ class Page:
         self._stage = Stage(server, settings)
         self._shown = _Shown(server)
         self._guests: dict[int, _Guest] = {}
+        self._playback: Playback | None = None
+        if player is not None:
+            with self._shown.control:
+                server.gui.add_markdown("**A recording.** Nothing that is chosen here reaches a robot.")
+                self._playback = Playback(server.gui, *player)
         server.gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
         server.gui.set_panel_label(settings.name)
         server.on_client_connect(self._came)
@@ -64,7 +72,7 @@ class Page:
             controls = Controls(
                 client, self._shown.control, here(), self._control, self._desk, self._settings, self._axes, self._seen
             )
-        else:
+        elif self._playback is None:
             with self._shown.control:
                 client.gui.add_markdown("This page can only be watched. To operate: `cell view --control operate`.")
         self._guests[client.client_id] = _Guest(client, self._shown, self._settings, controls)
@@ -78,6 +86,8 @@ class Page:
         """Look and draw until `stop`; with nobody there it only looks."""
         due, turn = time.monotonic(), 0
         while not stop.is_set():
+            if self._playback is not None:
+                self._playback.look()
             self._seen.look(self._source.take_new(), self._source.now())
             self._curves.look(self._seen)
             if self._guests or turn % CURVE_EVERY == 0:

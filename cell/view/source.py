@@ -32,6 +32,20 @@ class Source(Protocol):
         """The time by the clock of the messages [s]. A recording's goes as fast as it is played, and back in a seek."""
 
 
+class Player(Source, Protocol):
+    """A recording that is played; not for several threads."""
+
+    began: float
+    ends: float
+    """Of the recording, by the clock of its messages [s]."""
+
+    def pace(self, speed: float) -> None:
+        """Go on so many times as fast as it was; 0 stands."""
+
+    def seek(self, at: float) -> None:
+        """Go on from a moment [s]."""
+
+
 class LiveSource:
     """The messages of a running cell."""
 

@@ -1,8 +1,10 @@
 """`cell replay`: a recorded cell on the screen, as if it ran."""
 
+import tempfile
 import time
 from datetime import UTC, datetime
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -13,10 +15,18 @@ from cell.commands.client.json_lines import status_lines
 from cell.commands.client.state_table import cell_table
 from cell.commands.errors import CommandError
 from cell.commands.files.recordings import RecordingArgument, opened
-from cell.commands.options import JsonOption
+from cell.commands.operator.view import LOCAL, axes_of, page_server
+from cell.commands.options import PORT, JsonOption, PortOption
 from cell.commands.processes.stop import stop_event
+from cell.config.load import load_cell_alone
+from cell.config.problem import ConfigError
 from cell.config.settings import CellSettings
 from cell.messages import Event
+from cell.view.gate import Level
+from cell.view.rows import Axes
+
+if TYPE_CHECKING:
+    from cell.recording.reader import Recorded
 
 END = "end"
 NO_TERMINAL_WIDTH = 10_000
@@ -34,11 +44,18 @@ def replay(
         typer.Option(metavar="SECONDS", help="Only how the cell was then; `end`: as it was last.", show_default=False),
     ] = None,
     as_json: JsonOption = False,
+    view: Annotated[
+        bool,
+        typer.Option("--view", help="Show it in the browser as `cell view` shows a running cell, and wind it there."),
+    ] = False,
+    port: PortOption = PORT,
 ) -> None:
     """Show a recorded cell as `cell status --watch` shows a running one, until its end or Ctrl-C.
 
     With `--json` its last state, or that of `--at`, as `cell status --json` tells it.
     """
+    if view and (at is not None or as_json):
+        raise CommandError("--view beside --at or --json", "leave them out; the page winds to any moment")
     stop = stop_event()
     with opened(recording, "cell replay") as recorded:
         from cell.recording.replay import Replay
@@ -51,6 +68,13 @@ def replay(
                 listening.hear(arrived.message, arrived.at)
             _once(recorded.settings, listening, player.now(), as_json)
             return
+        if view:
+            player.seek(begin + (player.began if begin >= 0.0 else player.ends))
+            with page_server(LOCAL[0], port, Level.WATCH) as server:
+                from cell.view.page import Page
+
+                Page(server, recorded.settings, player, _axes(recorded), player=(player, speed)).run(stop)
+            return
         player.seek(begin + (player.began if begin >= 0.0 else player.ends))
         with Show(recorded.settings, Console()) as shown:
             while not stop.is_set() and not player.ended:
@@ -62,6 +86,16 @@ def replay(
                 stop.wait(POLL_S)
         if player.ended:
             print(f"{recording} ends here{': it was cut off' if recorded.cut else ''}")
+
+
+def _axes(recorded: "Recorded") -> dict[str, Axes]:
+    """By the robot files in the recording."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return axes_of(load_cell_alone(recorded.unpack(Path(folder))))
+        except (ConfigError, OSError) as error:
+            typer.echo(f"the axes are not shown: {error}", err=True)
+            return {}
 
 
 def _moment(at: str, began: float, ends: float) -> float:

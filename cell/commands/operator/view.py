@@ -2,9 +2,10 @@
 
 import socket
 import threading
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -34,6 +35,9 @@ from cell.view.desk import NoAnswer
 from cell.view.gate import Gate, Level
 from cell.view.rows import Axes
 from cell.view.source import LiveSource
+
+if TYPE_CHECKING:
+    from cell.view.server import GatedServer
 
 DOORS_OPEN_S = 8.0
 """So long a stop is repeated through every door."""
@@ -83,29 +87,35 @@ def show(
     stop: threading.Event,
 ) -> None:
     """Serve the page until `stop`. Raises `CommandError` when it cannot be."""
-    try:
+    highest = Level[control.name] if control is not None else Level.WATCH
+    with connect(file, endpoints, stop) as operator, page_server(host, port, highest) as server:
         from cell.view.page import Page
+
+        desk = LiveDesk(operator, "by the page") if control is not None else None
+        source = LiveSource(operator.session)
+        Page(server, operator.settings, source, axes_of(operator.settings), desk).run(stop)
+
+
+@contextmanager
+def page_server(host: str, port: int, highest: Level) -> Iterator["GatedServer"]:
+    """A server for a page, whose addresses up to a level are printed. Raises `CommandError` when there can be none."""
+    try:
         from cell.view.server import GatedServer, PortTaken, Unguarded, listen
     except ImportError as error:
         raise not_installed("the page", "view", error) from error
-    highest = Level[control.name] if control is not None else Level.WATCH
     gate = Gate(_names(host), highest)
-    with connect(file, endpoints, stop) as operator:
-        try:
-            listener = listen(host, port)
-            server = GatedServer(gate, listener)
-        except PortTaken as error:
-            raise CommandError(str(error), "end that, or name another port: --port 0 takes a free one") from error
-        except (OSError, Unguarded) as error:
-            raise CommandError(f"the page cannot be served at {host}: {error}") from error
-        try:
-            desk = LiveDesk(operator, "by the page") if control is not None else None
-            source = LiveSource(operator.session)
-            page = Page(server, operator.settings, source, axes_of(operator.settings), desk)
-            _tell(gate, host, listener.getsockname()[1])
-            page.run(stop)
-        finally:
-            server.stop()
+    try:
+        listener = listen(host, port)
+        server = GatedServer(gate, listener)
+    except PortTaken as error:
+        raise CommandError(str(error), "end that, or name another port: --port 0 takes a free one") from error
+    except (OSError, Unguarded) as error:
+        raise CommandError(f"the page cannot be served at {host}: {error}") from error
+    try:
+        _tell(gate, host, listener.getsockname()[1])
+        yield server
+    finally:
+        server.stop()
 
 
 def _names(host: str) -> tuple[str, ...]:
