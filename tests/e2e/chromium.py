@@ -30,8 +30,8 @@ _OPTIONS = (
     "--remote-allow-origins=*",
 )
 OPENS_S = 30.0
-DRAWS_NOTHING = """for (const name of ['drawArrays', 'drawElements', 'drawArraysInstanced', 'drawElementsInstanced', 'clear'])
-    WebGL2RenderingContext.prototype[name] = () => {};"""
+DRAWS_NOTHING = """const draw = ['drawArrays', 'drawElements', 'drawArraysInstanced', 'drawElementsInstanced'];
+    for (const name of [...draw, 'clear']) WebGL2RenderingContext.prototype[name] = () => {};"""
 """Without a graphics card one picture takes the processor for so long that a held button seems to be let go."""
 
 
