@@ -35,6 +35,10 @@ DRAWS_NOTHING = """const draw = ['drawArrays', 'drawElements', 'drawArraysInstan
 """Without a graphics card one picture takes the processor for so long that a held button seems to be let go."""
 
 
+class Refused(Exception):
+    """The browser does not do what a call asks for."""
+
+
 class Tab:
     """One page of a browser; every call waits for its answer."""
 
@@ -53,7 +57,8 @@ class Tab:
         while True:
             found = json.loads(self._socket.recv(max(0.01, deadline - time.monotonic())))
             if found.get("id") == self._number:
-                assert "error" not in found, f"{method}: {found.get('error')}"
+                if "error" in found:
+                    raise Refused(f"{method}: {found['error']}")
                 return found["result"]
 
     def open(self, address: str) -> None:
@@ -66,8 +71,11 @@ class Tab:
         return found["result"].get("value")
 
     def text(self) -> str:
-        """What can be read on the page."""
-        return str(self.js("document.body?.innerText ?? ''"))
+        """What can be read on the page; nothing while another one is being opened."""
+        try:
+            return str(self.js("document.body?.innerText ?? ''"))
+        except Refused:
+            return ""
 
     def middle_of(self, words: str) -> tuple[float, float] | None:
         """Where the button or tab with these words is, scrolled into view; None while there is none."""
