@@ -165,10 +165,10 @@ class Stage:
 
     def _look_at_all(self, server: viser.ViserServer) -> None:
         bases = np.array([drawn.base for drawn in self._robots.values()])
-        middle = np.append(bases.mean(axis=0)[:2], bases[:, 2].mean() + 0.8)
+        middle = np.append(bases.mean(axis=0)[:2], bases[:, 2].mean() + 0.6)
         away = float(np.linalg.norm(bases - bases.mean(axis=0), axis=-1).max()) + 2.0
         server.initial_camera.look_at = tuple(middle)
-        server.initial_camera.position = tuple(middle + away * np.array([0.3, -1.7, 1.0]))
+        server.initial_camera.position = tuple(middle + away * np.array([0.25, -1.35, 0.8]))
 
     def often(self, seen: Newest) -> None:
         """Bodies, and the smallest distance between two of them."""

@@ -30,9 +30,13 @@ _OPTIONS = (
     "--remote-allow-origins=*",
 )
 OPENS_S = 30.0
-DRAWS_NOTHING = """for (const name of ['drawArrays', 'drawElements', 'drawArraysInstanced', 'drawElementsInstanced',
-    'clear']) WebGL2RenderingContext.prototype[name] = () => {};"""
+DRAWS_NOTHING = """const draw = ['drawArrays', 'drawElements', 'drawArraysInstanced', 'drawElementsInstanced'];
+    for (const name of [...draw, 'clear']) WebGL2RenderingContext.prototype[name] = () => {};"""
 """Without a graphics card one picture takes the processor for so long that a held button seems to be let go."""
+
+
+class Refused(Exception):
+    """The browser does not do what a call asks for."""
 
 
 class Tab:
@@ -53,7 +57,8 @@ class Tab:
         while True:
             found = json.loads(self._socket.recv(max(0.01, deadline - time.monotonic())))
             if found.get("id") == self._number:
-                assert "error" not in found, f"{method}: {found.get('error')}"
+                if "error" in found:
+                    raise Refused(f"{method}: {found['error']}")
                 return found["result"]
 
     def open(self, address: str) -> None:
@@ -66,8 +71,11 @@ class Tab:
         return found["result"].get("value")
 
     def text(self) -> str:
-        """What can be read on the page."""
-        return str(self.js("document.body?.innerText ?? ''"))
+        """What can be read on the page; nothing while another one is being opened."""
+        try:
+            return str(self.js("document.body?.innerText ?? ''"))
+        except Refused:
+            return ""
 
     def middle_of(self, words: str) -> tuple[float, float] | None:
         """Where the button or tab with these words is, scrolled into view; None while there is none."""

@@ -30,7 +30,7 @@ class Cell:
         self.stop = threading.Event()
         self._answer = answer
         console = Console(file=self.output, width=200)
-        children = SimpleNamespace(deaths=list, all_dead=lambda: False)
+        children = SimpleNamespace(deaths=list, all_dead=lambda: False, page_addresses=list)
         self.show = Show(settings(), console)
         self.supervisor = Supervisor(settings(), children, console, self.stop, threading.Event(), Path("recordings"))  # type: ignore[arg-type]
         self.looks = 0
