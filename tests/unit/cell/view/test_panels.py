@@ -46,7 +46,7 @@ def test_an_emergency_stop_lists_who_stands_and_who_has_not_said_so() -> None:
 
 def test_drives_are_told_in_the_units_of_their_axes() -> None:
     html = panels.drives(CELL, seen(feedback()), AXES)
-    assert "28.65 &deg;" in html
+    assert "28.65 °" in html
     assert "500.00 mm" in html
     assert "+1.000" in html
     assert "5.0 Nm" in html

@@ -80,4 +80,4 @@ def test_a_point_that_is_gone_ends_the_program_where_it_comes_to_it() -> None:
     until(world, lambda: world.state.program.line == 1)
     points.named = {"above": points.named["above"]}
     until(world, lambda: world.state.program.state is ProgramState.FAILED)
-    assert world.state.program.error == "no point pick in the points file any more, but one of above"
+    assert world.state.program.error == "no point pick in the points file any more, but only above"

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from zenoh import KeyExpr
 
 from cell.commands.up import fault_recorder
 from cell.commands.up.fault_recorder import FaultRecorder, make_room
@@ -26,19 +27,21 @@ class Session:
 
     def __init__(self) -> None:
         self.keys = Keys("two_arms")
-        self._stores: list[Callable[[str, bytes], None]] = []
+        self._stores: list[tuple[str, Callable[[str, bytes], None]]] = []
 
     def queue(self, *_: str) -> Inbox:
         inbox = Inbox(Decoder(self.keys))
-        self._stores.append(inbox.store)
+        self._stores.append(("**", inbox.store))
         return inbox
 
-    def hear(self, store: Callable[[str, bytes], None], *_: str) -> None:
-        self._stores.append(store)
+    def hear(self, key: str, store: Callable[[str, bytes], None]) -> None:
+        self._stores.append((key, store))
 
     def say(self, event: Event) -> None:
-        for store in self._stores:
-            store(self.keys.of(event), encode(event))
+        key = self.keys.of(event)
+        for pattern, store in self._stores:
+            if KeyExpr(pattern).includes(KeyExpr(key)):
+                store(key, encode(event))
 
 
 def run(folder: Path, *events: Event) -> list[str]:
