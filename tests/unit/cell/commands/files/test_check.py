@@ -46,7 +46,7 @@ def test_a_bad_cell_is_its_problems_with_exit_1(tmp_path: Path) -> None:
     assert result.exit_code == 1
     assert copy.shown(result.output) == (
         f"{copy.place(CELL, '§colour')}: colour: found unknown key 'colour', allowed one of cell, units, manager, "
-        "robots, gateways, frames, conveyors, zones, meetings, things, separation, times, "
+        "robots, gateways, frames, conveyors, zones, meetings, variables, things, separation, times, "
         "on_manager_return\n1 problem in 1 file\n"
     )
 
