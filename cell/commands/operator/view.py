@@ -28,7 +28,7 @@ from cell.commands.options import (
 )
 from cell.commands.processes.stop import stop_event
 from cell.config.settings import CellSettings
-from cell.messages import Command, Heard, JogHeld, Reply
+from cell.messages import Command, Go, Heard, Jog, JogHeld, Reply
 from cell.net.errors import CallError, Unreachable
 from cell.net.session import new_call
 from cell.view.desk import NoAnswer
@@ -160,7 +160,12 @@ class LiveDesk:
         self.operator = f"{operator_name()} {by}"
 
     def ask(self, to: str, command: Command, heard: Heard) -> Reply:
-        """See `Desk`."""
+        """See `Desk`; what is worded by the files here is not sent to an agent that runs with others."""
+        if isinstance(command, Jog | Go):
+            try:
+                self._operator.check_files(to, self._operator.presence(to.removeprefix("robot/")).digest)
+            except CommandError as error:
+                raise NoAnswer(f"{command.verb}: {error.what}; nothing was sent; {error.next_step}") from error
         patience_s = command.answer_within_s + TRY_S
         try:
             return ask_until_answered(
