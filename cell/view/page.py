@@ -42,13 +42,18 @@ class Page:
         axes: Mapping[str, Axes],
         desk: Desk | None = None,
         player: tuple[Player, float] | None = None,
+        programs: Mapping[str, tuple[str, ...]] | None = None,
     ) -> None:
-        """`player` and its speed: where the source is a recording, which those who watch may wind."""
+        """`player` and its speed: where the source is a recording, which those who watch may wind.
+
+        `programs`: by robot, the lines of its program as far as there are files here.
+        """
         self._server = server
         self._settings = settings
         self._source = source
         self._axes = axes
         self._desk = desk
+        self._programs = programs or {}
         self._control = Control()
         self._seen = Newest()
         self._now = NowLines(settings)
@@ -104,6 +109,7 @@ class Page:
         lines = self._now.of(self._seen)
         self._stage.seldom(self._seen, lines)
         self._shown.now_html.show(panels.header(self._settings, self._seen) + panels.now(lines))
+        self._shown.programs_html.show(panels.programs(self._settings, self._seen, self._programs))
         self._shown.cell_html.show(panels.cell(self._seen))
         self._shown.drives_html.show(panels.drives(self._settings, self._seen, self._axes))
         self._shown.places_html.show(panels.places(self._settings, self._seen, self._axes))
@@ -135,6 +141,8 @@ class _Shown:
         left.set_width(_LEFT)
         tabs = gui.add_tab_group()
         self.control = tabs.add_tab("Control")
+        with tabs.add_tab("Programs"):
+            self.programs_html = _Text(gui)
         with tabs.add_tab("Cell"):
             self.cell_html = _Text(gui)
         with tabs.add_tab("Places"):

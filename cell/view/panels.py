@@ -29,6 +29,8 @@ from cell.view.now import Line, Tone
 from cell.view.rows import AXIS_HEADING, Axes, Kind, axis_rows, duration
 
 MOST_LINES = 60
+_AROUND = 8
+"""Lines of a program in front of the present one, and behind it."""
 _KINDS = {Kind.SILENT: "#64748b", Kind.SIMULATED: "#0284c7", Kind.REAL: "#b91c1c"}
 _TONES = {Tone.MOVES: "#16a34a", Tone.WAITS: "#d97706", Tone.STANDS: "#64748b", Tone.ALARM: "#dc2626"}
 _DRIVES = _TONES | {Tone.MOVES: "inherit"}
@@ -165,6 +167,36 @@ def _tcp(state: RobotState, frames: Mapping[str, Array]) -> str:
 def _numbers(pose: Array) -> list[str]:
     x, y, z, *turns = to_xyz_abc(pose).tolist()
     return [f"{1000.0 * value:.1f}" for value in (x, y, z)] + [f"{math.degrees(value):.1f}" for value in turns]
+
+
+def programs(settings: CellSettings, seen: Newest, texts: Mapping[str, tuple[str, ...]]) -> str:
+    """Of each robot the lines of its program around the one in execution, as they are in the files here.
+
+    Where the robot has another text at that line, its own line alone is shown: it runs another file, or one that is
+    called.
+    """
+    return "".join(
+        f"<div style='{_BOX}'><b>{escape(robot)}</b> {escape(state.program.name)}, {escape(state.program.state.value)}"
+        f"<pre style='font-size:12px;margin:4px 0;overflow-x:auto'>{_listing(state, texts.get(robot, ()))}</pre></div>"
+        for robot in settings.robots
+        if (state := seen.of(RobotState).get(robot)) is not None
+    )
+
+
+def _listing(state: RobotState, lines: tuple[str, ...]) -> str:
+    at, text = state.program.line, state.program.text
+    here = lines[at - 1].split(";")[0].strip() if 0 < at <= len(lines) else ""
+    if at == 0:
+        shown = list(enumerate(lines[: 2 * _AROUND], 1))
+    elif here and (here in text or text in here):
+        first = max(0, at - 1 - _AROUND)
+        shown = list(enumerate(lines[first : at + _AROUND], first + 1))
+    else:
+        shown = [(at, text)]
+    marked = f"background:{_TONES[Tone.MOVES]};color:#fff"
+    return "\n".join(
+        f"<span style='{marked if number == at else ''}'>{number:>5}  {escape(line)}</span>" for number, line in shown
+    )
 
 
 def cell(seen: Newest) -> str:

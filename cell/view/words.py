@@ -24,11 +24,13 @@ def why(state: RobotState) -> str:
 def pace_text(state: RobotState) -> str:
     """What an operator has set and who rules the rate of a running robot; empty when it simply follows its plan."""
     pace, governor = state.pace, state.governor
-    parts = [f"override {100.0 * pace.override:.0f} %"] if pace.override != 1.0 else []
+    override = f"override {100.0 * pace.override:.0f} %"
+    parts = [override] if pace.override != 1.0 else []
     parts += ["manual"] if pace.manual else []
     parts += ["step"] if pace.stepping else []
-    if state.mode is Mode.RUNNING and governor is not None and governor.ruled_by and not state.waiting_for:
-        parts.append(f"rate {100.0 * governor.rate:.0f} %, ruled by {governor.ruled_by}")
+    ruled_by = governor.ruled_by if governor is not None and state.mode is Mode.RUNNING else ""
+    if governor is not None and ruled_by not in ("", override) and not state.waiting_for:
+        parts.append(f"rate {100.0 * governor.rate:.0f} %, ruled by {ruled_by}")
     return ", ".join(parts)
 
 

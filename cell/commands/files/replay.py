@@ -15,7 +15,7 @@ from cell.commands.client.json_lines import status_lines
 from cell.commands.client.state_table import cell_table
 from cell.commands.errors import CommandError
 from cell.commands.files.recordings import RecordingArgument, opened
-from cell.commands.operator.view import LOCAL, axes_of, page_server
+from cell.commands.operator.view import LOCAL, axes_of, page_server, programs_of
 from cell.commands.options import PORT, JsonOption, PortOption
 from cell.commands.processes.stop import stop_event
 from cell.config.load import load_cell_alone
@@ -73,7 +73,8 @@ def replay(
             with page_server(LOCAL[0], port, Level.WATCH) as server:
                 from cell.view.page import Page
 
-                Page(server, recorded.settings, player, _axes(recorded), player=(player, speed)).run(stop)
+                axes, programs = _from_files(recorded)
+                Page(server, recorded.settings, player, axes, player=(player, speed), programs=programs).run(stop)
             return
         player.seek(begin + (player.began if begin >= 0.0 else player.ends))
         with Show(recorded.settings, Console()) as shown:
@@ -88,14 +89,15 @@ def replay(
             print(f"{recording} ends here{': it was cut off' if recorded.cut else ''}")
 
 
-def _axes(recorded: "Recorded") -> dict[str, Axes]:
-    """By the robot files in the recording."""
+def _from_files(recorded: "Recorded") -> tuple[dict[str, Axes], dict[str, tuple[str, ...]]]:
+    """Axes and programs of the robots, by the files in the recording."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            return axes_of(load_cell_alone(recorded.unpack(Path(folder))))
+            settings = load_cell_alone(recorded.unpack(Path(folder)))
+            return axes_of(settings), programs_of(settings)
         except (ConfigError, OSError) as error:
-            typer.echo(f"the axes are not shown: {error}", err=True)
-            return {}
+            typer.echo(f"axes and programs are not shown: {error}", err=True)
+            return {}, {}
 
 
 def _moment(at: str, began: float, ends: float) -> float:

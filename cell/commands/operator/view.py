@@ -27,6 +27,7 @@ from cell.commands.options import (
     PortOption,
 )
 from cell.commands.processes.stop import stop_event
+from cell.config.document import read_text
 from cell.config.settings import CellSettings
 from cell.messages import Command, Go, Heard, Jog, JogHeld, Reply
 from cell.net.errors import CallError, Unreachable
@@ -93,7 +94,8 @@ def show(
 
         desk = LiveDesk(operator, "by the page") if control is not None else None
         source = LiveSource(operator.session)
-        Page(server, operator.settings, source, axes_of(operator.settings), desk).run(stop)
+        settings = operator.settings
+        Page(server, settings, source, axes_of(settings), desk, programs=programs_of(settings)).run(stop)
 
 
 @contextmanager
@@ -149,6 +151,12 @@ def axes_of(settings: CellSettings) -> dict[str, Axes]:
         joints = tuple(model.joint_names)
         found[name] = Axes(joints, tuple(each in model.linear_names for each in joints))
     return found
+
+
+def programs_of(settings: CellSettings) -> dict[str, tuple[str, ...]]:
+    """The lines of each robot's program that can be read here."""
+    texts = {name: read_text(robot.program) for name, robot in settings.robots.items() if robot.program is not None}
+    return {name: tuple(text.splitlines()) for name, text in texts.items() if isinstance(text, str)}
 
 
 class LiveDesk:

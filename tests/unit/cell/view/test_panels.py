@@ -1,5 +1,6 @@
 """What the panels say, and that nothing that came from outside becomes part of the page's code."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -42,6 +43,21 @@ def test_an_emergency_stop_lists_who_stands_and_who_has_not_said_so() -> None:
     assert "robot left stands" in html
     assert "gateway left_bus stands" in html
     assert "robot right has not confirmed" in html
+
+
+def at_line(line: int, text: str) -> str:
+    program = replace(robot("left").program, name="left.prog", line=line, text=text)
+    lines = tuple(f"ML X={number} F=100 ; <{number}>" for number in range(1, 100))
+    return panels.programs(CELL, seen(replace(robot("left"), program=program)), {"left": lines})
+
+
+def test_the_program_is_shown_around_its_line_and_another_file_only_by_its_own_line() -> None:
+    html = at_line(50, "ML X=50 F=100")
+    assert re.findall(r"<span style='background[^>]*>([^<]*)</span>", html) == ["   50  ML X=50 F=100 ; &lt;50&gt;"]
+    assert re.findall(r"X=(\d+)", html) == [str(number) for number in range(42, 59)]
+    assert re.findall(r"X=(\d+)", at_line(50, "MJ J1=0 X=7")) == ["7"]
+    assert re.findall(r"X=(\d+)", at_line(0, "")) == [str(number) for number in range(1, 17)]
+    assert re.findall(r"X=(\d+)", at_line(500, "ML X=8")) == ["8"]
 
 
 def test_drives_are_told_in_the_units_of_their_axes() -> None:
