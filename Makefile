@@ -29,7 +29,7 @@ demo: $(RUN_READY)  ## run the two-robot cell on simulated drives until both pro
 # The profile "ci" of hypothesis draws the same cases in every run; `make soak` looks for new ones.
 test: $(TEST_READY)  ## all tests but the long random runs
 	$(BIN)/python -m pytest -m "not soak" --hypothesis-profile ci tests/unit tests/sim --numprocesses auto --dist worksteal
-	$(BIN)/python -m pytest -m "not soak" tests/e2e
+	$(BIN)/python -m pytest -m "not soak" tests/e2e --numprocesses 2 --dist worksteal
 
 soak: $(TEST_READY)  ## the long random runs, and every property with newly drawn cases
 	$(BIN)/python -m pytest -m "soak or hypothesis" --timeout 3600
