@@ -86,7 +86,8 @@ class Violation:
     def __str__(self) -> str:
         match self.reason:
             case Reason.TOO_FAR | Reason.TOO_NEAR:
-                return f"the wrist would be {self.excess_m * 1000:.1f} mm {self.reason.value}"
+                excess = f"{self.excess_m * 1000:.1f} mm" if self.excess_m >= 5e-5 else "less than 0.1 mm"
+                return f"the wrist would be {excess} {self.reason.value}"
             case Reason.TILTED:
                 return (
                     f"the orientation is {np.degrees(self.tilt_rad):.4f} deg away from those that a robot with so few "

@@ -7,9 +7,9 @@ import numpy as np
 
 from robot_agent.paths.caps import TcpCaps
 from robot_agent.paths.curves import Circle, Numbers
+from robot_agent.paths.line import SAME_PLACE_M
 from robot_agent.paths.orientation import turn_between, turned
 
-_SAME_PLACE_M = 1e-9
 _COLLINEAR = 1e-6
 """Relative: below this the radius says more about rounding than about the points."""
 
@@ -56,7 +56,7 @@ class CircleGeometry:
         a, b = via - first, target - first
         normal = np.cross(a, target - via)
         sides = [float(np.linalg.norm(each)) for each in (a, b, target - via)]
-        if min(sides) < _SAME_PLACE_M or np.linalg.norm(normal) <= _COLLINEAR * sides[0] * sides[2]:
+        if min(sides) < SAME_PLACE_M or np.linalg.norm(normal) <= _COLLINEAR * sides[0] * sides[2]:
             return None
         square = 2.0 * float(normal @ normal)
         centre = first + np.cross((a @ a) * b - (b @ b) * a, np.cross(a, b)) / square

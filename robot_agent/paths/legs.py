@@ -9,12 +9,11 @@ import numpy as np
 from robot_agent.paths.arc import Arc, CircleGeometry, evenly_turned
 from robot_agent.paths.curves import Curve, Numbers, Straight, bezier
 from robot_agent.paths.errors import PathError
-from robot_agent.paths.line import Line, LineGeometry
+from robot_agent.paths.line import SAME_PLACE_M, Line, LineGeometry
 from robot_agent.paths.orientation import Turn, axis_angle, is_half_turn, turn_between
 from robot_agent.paths.spline import Spline, control_points, turns_back
 from robot_agent.paths.tangential import STEEPEST, UP, aligned
 
-_SAME_PLACE_M = 1e-9
 _SAME_HEADING_RAD = 1e-9
 _LOOKED_AT = 65
 _NO_TURN_RAD = 1e-6
@@ -74,7 +73,7 @@ def legs(
             comes = _arrival(made) if made else _direction(arrival)
             leaves = _departure(ahead) if last + 1 < len(blocks) else _direction(departure)
             group = _spline(blocks[first : last + 1], pose, comes, leaves)
-            first, end = last, _end_pose(blocks[last][1])
+            first, end = last, _leg_end(group[-1]) if group else pose
         else:
             group = _line(index, block, pose) if isinstance(block, Line) else _arc(index, block, pose)
             end = end_of(block, pose)
@@ -136,13 +135,19 @@ def turn_before(leg: Leg) -> list[Leg]:
 
 
 def end_of(block: TcpMove, start: Numbers) -> Numbers:
-    """The pose `(4, 4)` in which a block ends that begins in `start`."""
+    """The pose `(4, 4)` in which a block ends that begins in `start`; without a way it stays in its place."""
     if isinstance(block, Arc) and (block.angle_rad is not None or block.lift_m != 0.0):
         try:
-            return _leg_end(_arc(0, block, start)[0])
+            made = _arc(0, block, start)
         except PathError:
             return start  # planning refuses this arc and names its line
-    return _end_pose(block)
+        return _leg_end(made[0]) if made else start
+    pose = _end_pose(block)
+    if isinstance(block, Line):
+        line = LineGeometry.between(start, pose)
+        if line.length_m == 0.0:
+            pose = start if line.is_empty else np.block([[pose[:3, :3], start[:3, 3:]], [np.eye(4)[3:]]])
+    return pose
 
 
 def _leg_end(leg: Leg) -> Numbers:
@@ -188,6 +193,8 @@ def _arc(index: int, block: Arc, start: Numbers) -> list[Leg]:
     angle = geometry.target_rad if block.angle_rad is None else block.angle_rad
     base = geometry.circle
     circle = type(base)(base.centre, base.u, base.v, base.radius_m, angle, block.lift_m)
+    if circle.length_m <= SAME_PLACE_M:
+        return []
     rotations = [pose[:3, :3] for pose in (start, block.via_pose, block.target_pose)]
     borders = [0.0, geometry.via_rad, geometry.target_rad]
     turns, ends = _turns_around(rotations, borders, angle, circle.length_m / abs(angle))
@@ -240,7 +247,7 @@ def _spline(
     for index, block in blocks:
         if isinstance(block, Spline):
             for pose in block.poses:
-                if np.linalg.norm(pose[:3, 3] - poses[-1][:3, 3]) > _SAME_PLACE_M:
+                if np.linalg.norm(pose[:3, 3] - poses[-1][:3, 3]) > SAME_PLACE_M:
                     poses.append(pose)
                     owners.append((index, block.round_m))
                 elif block.tangential_rad is None:

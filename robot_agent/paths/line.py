@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from robot_agent.paths.caps import TcpCaps
 from robot_agent.paths.orientation import turn_between, turned
 
-_SAME_PLACE_M = 1e-9
-_SAME_ORIENTATION_RAD = 1e-9
+SAME_PLACE_M, _SAME_ORIENTATION_RAD = 1e-6, 1e-6
+"""A way or a turn that is shorter is none: paths are kept to no more, and it has no direction but that of rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +57,7 @@ class LineGeometry:
     def length_m(self) -> float:
         """Length of the straight line; 0 for a turn on the spot."""
         length = float(np.linalg.norm(self.displacement))
-        return length if length > _SAME_PLACE_M else 0.0
+        return length if length > SAME_PLACE_M else 0.0
 
     @property
     def is_empty(self) -> bool:

@@ -94,7 +94,7 @@ class Motion:
             left=self.pieces.part(tau, end),
             ends=self.ends[first:] - tau,
             rests=self.rests[self.rests > tau] - tau,
-            transitions=tuple(each.shifted(-first) for each in self.transitions if each.block > first),
+            transitions=tuple(each.shifted(-first) for each in self.transitions if each.before >= first),
             free_s=max(begins - tau, 0.0),
             run=self.last,
             at_s=max(tau - begins, 0.0),

@@ -1,6 +1,7 @@
 """Planning: blocks of geometry become one motion within the limits, without a stop where none is needed."""
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from itertools import groupby, takewhile
 
@@ -11,6 +12,7 @@ from robot_agent.kinematics import Model
 from robot_agent.paths import Arc, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.caps import Tolerance
 from robot_agent.paths.legs import TcpMove, legs
+from robot_agent.paths.meeting import edge_text
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.sequence import Block
 from robot_agent.paths.smoothing import Entry, smoothed
@@ -29,6 +31,7 @@ from robot_agent.trajectory.timing.continuation import Continuation, PathUnderWa
 from robot_agent.trajectory.timing.dispatch import in_time
 from robot_agent.trajectory.timing.independent import Independent
 from robot_agent.trajectory.timing.optimal.onward import fastest_onward
+from robot_agent.trajectory.timing.round_edges import gains, halfway_s, perhaps_slower
 from robot_agent.trajectory.timing.timed import Timed
 
 _CAP_SAMPLES = 64
@@ -40,6 +43,8 @@ _BY_ITSELF = "where joints are not in step each arrives by itself"
 _NO_TIMING = "no timing within the limits was found from where the motion was extended"
 _KEPT = 1.01
 """Limits are kept by what was planned with them up to this factor at least."""
+_Timed = tuple[list[JointPath | Independent], list[Timed]]
+"""Paths and their times."""
 
 
 def plan(
@@ -63,8 +68,42 @@ def plan(
         return _onward(model, paths, limits, start, cycle_s)
     start = np.array(start, dtype=np.float64)
     check_start(model, sequence.blocks[0], start)
-    runs = paths.runs(start)
-    return assembled(model, Kept.nothing(start), len(sequence), runs, in_time(model, runs, limits), cycle_s)
+
+    def timed(paths: _Paths) -> _Timed:
+        runs = paths.runs(start)
+        return runs, in_time(model, runs, limits)
+
+    runs, times = _without_slow_edges(paths, limits, timed(paths), timed)
+    return assembled(model, Kept.nothing(start), len(sequence), runs, times, cycle_s)
+
+
+def _without_slow_edges(
+    paths: "_Paths", limits: Limits, rounded: _Timed, timed: Callable[["_Paths"], _Timed], known: int = 0
+) -> _Timed:
+    """The quickest of paths with all round edges, with stops for those that may be slower, and for those that are.
+
+    `known` is how many blocks come before those of `paths`.
+    """
+    slow = [
+        corner
+        for run, time in zip(*rounded, strict=True)
+        if isinstance(run, JointPath)
+        for corner in perhaps_slower(run, time, limits)
+        if corner.before >= known
+    ]
+    if not slow:
+        return rounded
+    stopped = timed(paths.stopping(corner.before - known for corner in slow))
+    at, resting = halfway_s(*rounded), halfway_s(*stopped)
+    slower = [
+        corner.before - known
+        for corner in slow
+        if gains(at[corner.block] - at[corner.before], resting[corner.block] - resting[corner.before])
+    ]
+    if not slower:
+        return rounded
+    best = stopped if len(slower) == len(slow) else timed(paths.stopping(slower))
+    return min(rounded, best, key=lambda each: sum(time.pieces.duration_s for time in each[1]))
 
 
 def _onward(model: Model, paths: "_Paths", limits: Limits, start: Continuation, cycle_s: float) -> Motion:
@@ -83,10 +122,15 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Continuation, 
             break  # the robot stops where the new blocks begin
         met = [each for each in first.transitions if each.before < known == each.block]
         stop = tuple(Transition(known - 1, known, each.continuity, Passing.STOPS, _NO_TIMING) for each in met)
-        timed = in_time(model, [first], limits)[0] if going.stands else _timed_onward(model, first, limits, going)
-        if timed is not None:
-            kept, times = Kept.of(start, going.after_s), [timed, *in_time(model, runs[1:], limits)]
-            return assembled(model, kept, known + paths.blocks, runs, times, cycle_s)
+        rounded = _timed_with(model, limits, going, runs)
+        if rounded is not None:
+
+            def timed(paths: _Paths, going: PathUnderWay = going, otherwise: _Timed = rounded) -> _Timed:
+                runs = paths.runs(going.path.end(), going.path, known)
+                return _timed_with(model, limits, going, runs) or otherwise
+
+            runs, times = _without_slow_edges(paths, limits, rounded, timed, known)
+            return assembled(model, Kept.of(start, going.after_s), known + paths.blocks, runs, times, cycle_s)
     acceleration = np.abs(limits.acceleration_bounds).max(axis=0)
     if (start.left.peaks() > _KEPT * np.stack([limits.velocity, acceleration, limits.jerk])).any():
         raise paths.refused("the moves before it do not keep these limits", "let the motion end first")
@@ -95,6 +139,17 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Continuation, 
     times = in_time(model, runs, limits)
     runs[:1] = [replace(run, transitions=(*stop, *run.transitions)) for run in runs[:1]]
     return assembled(model, Kept.of(start, whole_s), known + paths.blocks, runs, times, cycle_s)
+
+
+def _timed_with(
+    model: Model, limits: Limits, going: PathUnderWay, runs: list[JointPath | Independent]
+) -> _Timed | None:
+    """Paths of which the first is under way, over time; None where no timing is found from its state."""
+    first = runs[0]
+    if not isinstance(first, JointPath):
+        return None
+    timed = in_time(model, [first], limits)[0] if going.stands else _timed_onward(model, first, limits, going)
+    return None if timed is None else (runs, [timed, *in_time(model, runs[1:], limits)])
 
 
 def _timed_onward(model: Model, path: JointPath, limits: Limits, going: PathUnderWay) -> Timed | None:
@@ -108,9 +163,17 @@ def _timed_onward(model: Model, path: JointPath, limits: Limits, going: PathUnde
 class _Paths:
     """From blocks to joint paths that begin and end at rest."""
 
-    def __init__(self, model: Model, sequence: Sequence, limits: Limits) -> None:
-        self._model, self._blocks, self._limits = model, sequence.blocks, limits
+    def __init__(self, model: Model, sequence: Sequence, limits: Limits, stops: frozenset[int] = frozenset()) -> None:
+        """With a stop in place of the round edge after each of the blocks `stops`."""
         self._beyond, self._aimed = sequence.beyond, sequence.aimed
+        self._model, self._sequence, self._limits, self._stops = model, sequence, limits, stops
+        self._blocks = tuple(
+            replace(block, round_m=0.0) if number in stops else block for number, block in enumerate(sequence.blocks)
+        )
+
+    def stopping(self, stops: Iterable[int]) -> "_Paths":
+        """The same with a stop in place of the round edge after each of the blocks `stops`."""
+        return _Paths(self._model, self._sequence, self._limits, frozenset(stops))
 
     @property
     def blocks(self) -> int:
@@ -264,7 +327,7 @@ class _Paths:
         stretches = self._stretches(path.blocks, ends)
         corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
         last = self._blocks[path.blocks[-1]]
-        stops = last.round_m, _stops_for(last)
+        stops = last.round_m, self._stops_for(path.blocks[-1])
         return JointPath(made.pieces, stretches, made.curvature, path.transitions, corners, *stops)
 
     def _stretches(self, blocks: tuple[int, ...], ends: NDArray[np.float64]) -> tuple[Stretch, ...]:
@@ -289,7 +352,17 @@ class _Paths:
         if not block.synchronised:
             return Independent(start, np.asarray(block.target, dtype=np.float64), stretch)
         pieces = self._straight(start, travel, length, capped=stretch.capped)
-        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m, _stops_for(block))
+        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m, self._stops_for(index))
+
+    def _stops_for(self, index: int) -> str:
+        """Why the robot stops after a block in any case; empty where the block leaves that to what follows."""
+        block = self._blocks[index]
+        if not isinstance(block, JointMove) and block.tangential_rad is not None:
+            return "the tool follows the path up to there and may have to turn"
+        if index in self._stops:
+            asked_m = self._sequence.blocks[index].round_m or 0.0
+            return f"a stop is quicker than a {edge_text(asked_m, asked_m)}"
+        return "a round edge of 0 asks for a stop" if block.round_m == 0.0 else ""
 
     def _straight(self, start: NDArray[np.float64], travel: NDArray[np.float64], length: float, capped: bool) -> Pieces:
         """The joints evenly along their way; with the TCP's way and turn where these have a cap."""
@@ -347,13 +420,6 @@ def _alike(blocks: tuple[Block, ...], numbers: tuple[int, ...], ends: NDArray[np
             made.append([place])
         caps, at = own, end
     return made
-
-
-def _stops_for(block: Block) -> str:
-    """Why the robot stops after a block in any case; empty where the block leaves that to what follows."""
-    if not isinstance(block, JointMove) and block.tangential_rad is not None:
-        return "the tool follows the path up to there and may have to turn"
-    return "a round edge of 0 asks for a stop" if block.round_m == 0.0 else ""
 
 
 def _stretch(end: float, index: int, block: Block, joint_speed: float, on_path: bool) -> Stretch:

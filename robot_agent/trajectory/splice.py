@@ -20,7 +20,7 @@ def spliced(motion: Motion, tau: float, onward: Motion, first: float = 0.0) -> M
     blocks = int(before[1] - before[0])
     ends = np.append(motion.ends[before[0] : before[1]] - first, onward.ends + offset)
     kept = motion.rests[(motion.rests > first) & (motion.rests <= tau)] - first
-    meeting = [each for each in motion.transitions if before[0] < each.block <= before[1]]
+    meeting = [each for each in motion.transitions if before[0] <= each.before and each.block <= before[1]]
     return replace(
         onward,
         pieces=Pieces.joined([motion.pieces.part(first, tau), onward.pieces]),

@@ -1,7 +1,7 @@
 """Where the flange has to be: the geometry that the blocks of a sequence command, from the blocks alone."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby, pairwise
 
@@ -48,6 +48,15 @@ class Curve:
             best = away.argmin(axis=1)
             nearest, step = tried[np.arange(len(tried)), best], step / 8.0
         return away.min(axis=1)
+
+
+def stopping_as(motion: Motion, sequence: Sequence) -> Sequence:
+    """The same moves without the round edges in place of which the motion stops, because that is quicker."""
+    stops = {each.before for each in motion.transitions if each.passing is Passing.STOPS}
+    return Sequence(
+        replace(block, round_m=0.0) if number in stops and block.round_m else block
+        for number, block in enumerate(sequence.blocks)
+    )
 
 
 def curves(model: Model, sequence: Sequence, start: np.ndarray) -> list[list[Curve]]:

@@ -12,10 +12,10 @@ from rich.console import Console
 from cell.commands.client.cell_view import POLL_S, Listening
 from cell.commands.client.display import Show
 from cell.commands.client.json_lines import status_lines
+from cell.commands.client.page_server import LOCAL, axes_of, page_server, programs_of
 from cell.commands.client.state_table import cell_table
 from cell.commands.errors import CommandError
 from cell.commands.files.recordings import RecordingArgument, opened
-from cell.commands.operator.view import LOCAL, axes_of, page_server, programs_of
 from cell.commands.options import PORT, JsonOption, PortOption
 from cell.commands.processes.stop import stop_event
 from cell.config.load import load_cell_alone

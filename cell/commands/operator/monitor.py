@@ -19,10 +19,11 @@ from rich.text import Text
 
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.client.connection import connect
+from cell.commands.client.live_desk import LiveDesk
+from cell.commands.client.page_server import axes_of
 from cell.commands.client.state_table import footer
 from cell.commands.errors import CommandError, quoted
 from cell.commands.operator.keyboard import DOWN, UP, Keyboard
-from cell.commands.operator.view import LiveDesk, axes_of
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.commands.processes.stop import stop_event
 from cell.config.settings import CellSettings

@@ -1,6 +1,6 @@
 """Six-axis cobot with three parallel axes: axes Z Y Y Y Z Y; the flange looks along its own +Y.
 
-Lengths are named by the joint that the link leads to and the axis along which it is measured: a1y, a1z, a2x, a2y, a3x,
+Lengths are named by the joint that carries the link and the axis along which it is measured: a1y, a1z, a2x, a2y, a3x,
 a3y, a4z, a5y. Frigeni, appendix, with (A-35), (A-39), (A-41) and (A-46) corrected: the horizontal part of the arm is
 signed, and the elbow's sign is the other one.
 """

@@ -13,6 +13,8 @@ from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.joints.tcp_way import with_tcp, without_tcp
 from robot_agent.trajectory.limits import Limits
 
+_SMALLEST_CUT_S = 1e-5
+"""Of the joints' way at full speed: a few hundredths of a millimetre of an arm, which stops as fast."""
 _TCP_SAMPLES = 65
 _BRIDGE_SAMPLES = 33
 
@@ -60,7 +62,9 @@ def _told(path: JointPath, transition: Transition) -> JointPath:
     return replace(path, transitions=(*path.transitions, transition))
 
 
-def _rounded(model: Model, first: JointPath, second: JointPath, round_m: float, meeting: JointMeeting) -> JointPath:
+def _rounded(
+    model: Model, first: JointPath, second: JointPath, round_m: float, meeting: JointMeeting
+) -> JointPath | Transition:
     """The corner cut where the TCP is `round_m` away from it, or half of the shorter block.
 
     Between two joint moves this is the quartic round edge, in joint space; both sides are cut by the same length of the
@@ -69,6 +73,8 @@ def _rounded(model: Model, first: JointPath, second: JointPath, round_m: float, 
     back = _tcp_way(model, first, first.length, (first.corner_lengths[1] + first.length) / 2.0)
     ahead = _tcp_way(model, second, 0.0, second.corner_lengths[0] / 2.0)
     cut = min(float(np.interp(round_m, side[1], side[0])) for side in (back, ahead))
+    if cut < _SMALLEST_CUT_S:
+        return meeting.stop("a round edge that small is none")
     bridge = _bridge(model, first, second, cut)
     at = first.length - cut + np.linspace(0.0, 2.0 * cut, _BRIDGE_SAMPLES)
     passed = model.forward(bridge.pieces.position(at)[:, : first.joints])[:, :3, 3]

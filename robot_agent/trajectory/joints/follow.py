@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robot_agent.kinematics import KinematicsError, Model, Reason, TrackError
+from robot_agent.kinematics.choice import joint_violation
+from robot_agent.kinematics.turns import LIMIT_TOLERANCE_RAD
 from robot_agent.paths.pose_path import PosePath
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.joints.branch_change import any_branch
@@ -24,6 +26,8 @@ _CHORD = 0.1
 _NO_WAY = 1e-6
 """A difference [s at full speed] that does not matter."""
 _HALVED = 10.0
+_RISING = 1e-14
+"""Share of the whole parameter by which it rises at least from node to node."""
 _ROUNDS = 24
 _MOST_PARTS = 4
 _SPACING_M = 0.03
@@ -93,6 +97,7 @@ class _Follower:
         self._on_the_spot = bool(np.linalg.norm(path.chain.at(np.zeros(1))[1]) == 0.0)
 
     def run(self) -> FollowedPath:
+        self._check_start()
         nodes = self._first_nodes()
         for _ in range(_ROUNDS):
             nodes, *states = self._tracked(nodes)
@@ -107,6 +112,17 @@ class _Follower:
         reason = "the joints cannot follow this path closely enough"
         hint = "give the TCP more way there to turn, by another R or R=0 too, or split the move"
         raise self._refuse(where, reason, hint, None, None, self._path.poses(np.array([where]))[0])
+
+    def _check_start(self) -> None:
+        """Refuse joints outside their range, from where the nearest joints on the path may be far away."""
+        lower, upper = self._model.limits.position.T
+        beyond = np.maximum(lower - self._start, self._start - upper)
+        joint = int(np.argmax(beyond))
+        if beyond[joint] > LIMIT_TOLERANCE_RAD:
+            found = joint_violation(self._model, joint, float(self._start[joint]))
+            reason = f"the path begins outside the range of a joint: {str(found).replace('would need', 'is at')}"
+            hint, pose = "bring the joint back into its range by a joint move first", self._path.poses(np.zeros(1))[0]
+            raise self._refuse(0.0, reason, hint, found.joint, "position", pose)
 
     def _first_nodes(self) -> Numbers:
         borders = self._path.borders_m
@@ -162,7 +178,8 @@ class _Follower:
         growth = (weighted * bent).sum(axis=1) / speed
         step = np.diff(nodes)
         lengths = step * (speed[:-1] + speed[1:]) / 2.0 + step**2 * (growth[:-1] - growth[1:]) / 12.0
-        parameter = np.append(0.0, np.cumsum(np.maximum(lengths, step * 1e-9)))
+        least = np.maximum(step * 1e-9, _RISING * np.abs(lengths).sum())  # beside a singular pose: nodes stay apart
+        parameter = np.append(0.0, np.cumsum(np.maximum(lengths, least)))
         linear, angular = np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)
         angular_growth = (twist[:, 3:] * change[:, 3:]).sum(axis=1) / np.maximum(angular, 1e-9)
         turns = step * (angular[:-1] + angular[1:]) / 2.0 + step**2 * (angular_growth[:-1] - angular_growth[1:]) / 12.0

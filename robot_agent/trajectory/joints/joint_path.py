@@ -134,6 +134,21 @@ def share_on_path(stretches: Sequence[Stretch], first: Numbers, last: Numbers) -
     return np.asarray((before[high + 1] - before[low]) / (high + 1 - low))
 
 
+def least_between(values: Numbers, ends: Numbers, first: Numbers, last: Numbers) -> Numbers:
+    """The least `(k, m)` of `values` `(stretches, m)` in all stretches between parameters `first` and `last` `(k,)`.
+
+    `ends` `(stretches - 1,)` are the parameters at which one stretch passes into the next.
+    """
+    low, high = (np.searchsorted(ends, at, side="right") for at in (first, last))
+    least = values.take(low, axis=0)
+    several = np.flatnonzero(high > low)
+    if len(several):
+        padded = np.concatenate([values, np.full_like(values[:1], np.inf)])
+        borders = np.stack([low[several], high[several] + 1], axis=1).ravel()
+        least[several] = np.minimum.reduceat(padded, borders, axis=0)[::2]
+    return least
+
+
 def joined(first: JointPath, second: JointPath) -> JointPath:
     """Both paths one after the other."""
     offset = first.length

@@ -25,7 +25,6 @@ _MOST_EVEN = 4000
 _EXACT = 2e-7
 _SAMPLES = 8
 """Per window, at which the TCP is compared with where it would be without the filter."""
-_LOOKED_AT = 32
 _ROUNDING = 1e-9
 _SAME = 1.0005
 """A clock that had to be slower by no more than this may stay as it is."""
@@ -168,8 +167,8 @@ def _tcp(
     was = model.forward(raw.pieces.position(own))[:, :3, 3]
     now = model.forward(after.position(t))[:, :3, 3]
     away = np.linalg.norm(was[near] - now[:, None], axis=2)
-    far = np.argsort(away.min(axis=1))[-_LOOKED_AT:]
-    deviation = _distance(model, raw.pieces, own[near[far, away[far].argmin(axis=1)]], now[far])
+    nearest = own[near[np.arange(len(near)), away.argmin(axis=1)]]
+    deviation = float(np.minimum(away.min(axis=1), _distances(model, raw.pieces, nearest, step, now)).max())
     allowed = _allowed(stretches, np.interp(own, raw.times, raw.parameters), limits)
     earlier = own < raw.lead_s
     allowed[earlier] = _speeds(model, raw.pieces, own[earlier]) + _ROUNDING
@@ -201,13 +200,13 @@ def _speeds(model: Model, pieces: Pieces, t: Numbers) -> Numbers:
     return np.stack([np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)], axis=1)
 
 
-def _distance(model: Model, path: Pieces, near: Numbers, places: Numbers) -> float:
-    """Largest distance [m] of `places` `(k, 3)` from the TCP's path, each nearest to it near a time `(k,)`."""
+def _distances(model: Model, path: Pieces, near: Numbers, step: float, places: Numbers) -> Numbers:
+    """Distances `(k,)` [m] of `places` `(k, 3)` from the TCP's path, each nearest to it within `step` of a time."""
     t = near
     for _ in range(3):
         q, qd = path.position(t), path.derivatives(t)[0]
         velocity = (model.jacobian(q)[:, :3] @ qd[..., None])[..., 0]
         missing = places - model.forward(q)[:, :3, 3]
         square = np.maximum((velocity**2).sum(axis=1), 1e-12)
-        t = np.clip(t + (missing * velocity).sum(axis=1) / square, 0.0, path.duration_s)
-    return float(np.linalg.norm(places - model.forward(path.position(t))[:, :3, 3], axis=1).max())
+        t = np.clip(t + (missing * velocity).sum(axis=1) / square, near - step, near + step)
+    return np.asarray(np.linalg.norm(places - model.forward(path.position(t))[:, :3, 3], axis=1))

@@ -66,7 +66,7 @@ class PathUnderWay:
             rest,
             stretches=tuple(each.numbered(-first) for each in rest.stretches),
             corner_lengths=(max(head, 0.0), max(tail, 0.0)),
-            transitions=tuple(each.shifted(-first) for each in rest.transitions if each.block > first),
+            transitions=tuple(each.shifted(-first) for each in rest.transitions if each.before >= first),
         )
         known = np.stack([np.maximum.accumulate(s - s[0]), rate**2])
         return cls(rest, q[:3, 0], np.array([rate[0], change[0]]), known)

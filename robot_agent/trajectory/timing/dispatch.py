@@ -34,7 +34,7 @@ def in_time(model: Model, paths: Sequence[JointPath | Independent], limits: Limi
 
 def _ruled(model: Model, path: JointPath, limits: Limits) -> Timed | None:
     """One profile along `path`; None where the fastest timing has another shape."""
-    timed = single(path, limits)
+    timed = single(model, path, limits)
     if timed is not None:
         return timed
     one_move = len({each.block for each in path.stretches}) == 1 and not has_vias(path)

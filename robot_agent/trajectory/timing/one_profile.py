@@ -9,11 +9,11 @@ from robot_agent.paths import Passing
 from robot_agent.trajectory.joints.joint_path import JointPath, Numbers, share_on_path
 from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.limits import Limits
-from robot_agent.trajectory.timing.path_limits import PathLimits
+from robot_agent.trajectory.timing.path_limits import PathLimits, TcpSpeeds
 from robot_agent.trajectory.timing.profile import Profile, even_times, shaped_profile
 from robot_agent.trajectory.timing.s_curve import SCurve
 from robot_agent.trajectory.timing.slowdown import joints_slower_by, slower_by
-from robot_agent.trajectory.timing.tcp_use import tcp_use
+from robot_agent.trajectory.timing.tcp_use import speed_use, tcp_use
 from robot_agent.trajectory.timing.timed import Timed
 
 _NO_ZONE_S = 1e-12
@@ -26,6 +26,10 @@ _CLOSE = 1.0005
 """Where the joints exceed their limits by no more than this, a slower clock is better than another timing."""
 _EXACT = 2e-7
 """Largest distance [rad or m] of the joints over time from the joints along the path."""
+_ROUNDING = 1.0002
+"""What differences of the TCP's twist make of a profile that just keeps its limits."""
+_EVENLY = 1e-4
+"""The same, as a share of the way that the quickest joint goes in the time of a piece at its highest speed."""
 _WORTH_HALVING = 3e-9
 """Half a piece has a 64th of its distance: so what was close enough is not much worse than what was halved."""
 _ROUNDS = 7
@@ -44,13 +48,13 @@ def has_vias(path: JointPath) -> bool:
     return any(each.passing is Passing.BLENDED and each.deviation_m > 0.0 for each in path.transitions)
 
 
-def single(path: JointPath, limits: Limits) -> Timed | None:
+def single(model: Model, path: JointPath, limits: Limits) -> Timed | None:
     """One profile along `path` where its own limits are the only ones; None where the limits change along the path."""
     stretch = path.stretches[0]
     if any(each.caps != stretch.caps for each in path.stretches):
         return None
     if stretch.on_path:
-        return _tcp_move(path, limits)
+        return _tcp_move(model, path, limits)
     return None if stretch.capped or not _is_straight(path) else _joint_move(path, limits)
 
 
@@ -83,7 +87,7 @@ def _joint_move(path: JointPath, limits: Limits) -> Timed:
     return Timed(pieces, np.array([0.0, pieces.duration_s]), np.array([0.0, path.length]))
 
 
-def _tcp_move(path: JointPath, limits: Limits) -> Timed | None:
+def _tcp_move(model: Model, path: JointPath, limits: Limits) -> Timed | None:
     """One profile in the TCP's way, or in its turn on the spot, where the joints keep up with it."""
     ends = path.pieces.shape(path.pieces.knots)[:2, :, path.joints :]
     way, turn = ends[0, -1]
@@ -95,13 +99,22 @@ def _tcp_move(path: JointPath, limits: Limits) -> Timed | None:
     if along == 0 and (np.ptp(rates) * way > _EVEN or np.ptp(path.curvature[:, 1]) > _EVEN * max(1.0, bend)):
         return None
     chosen = _tcp_profile(path, limits, float(way), float(turn) if along else float(rates.mean() * way), bend)
-    if _clock(path, PathLimits(path, limits), chosen, path.joints + along, _GLANCED_AT) > _FAR:
+    bounds = PathLimits(path, limits)
+    if _clock(path, bounds, chosen, path.joints + along, _GLANCED_AT) > _FAR:
         return None
     timed = _along(path, chosen, path.joints + along)
     turning = timed.pieces.derivatives(timed.times)[0][:, limits.turning]
     capped = float(np.linalg.norm(turning, axis=1).max()) / path.stretches[0].joint_rad_s
-    k = max(1.0, joints_slower_by(timed.pieces, limits), capped)
+    k = max(1.0, joints_slower_by(timed.pieces, limits), capped, _tcp_slower_by(model, bounds, timed))
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters) if k < _CLOSE else None
+
+
+def _tcp_slower_by(model: Model, bounds: PathLimits, timed: Timed) -> float:
+    """The factor on the clock for what the TCP uses of its limits of speed, acceleration and jerk, 1 at least."""
+    held = share_on_path(bounds.path.stretches, timed.parameters[:-1], timed.parameters[1:]) > 0.0
+    used, speeds = tcp_use(model, timed.pieces, held, bounds.limits.path), TcpSpeeds.of(bounds, timed)
+    k = max(slower_by(used), float(speed_use(model, timed.pieces, speeds.hold, speeds).max()))
+    return k if k > _ROUNDING else 1.0
 
 
 def _tcp_profile(path: JointPath, limits: Limits, way: float, turn: float, bend: float) -> Profile:
@@ -137,9 +150,8 @@ def slowed(model: Model, path: JointPath, limits: Limits) -> Timed:
     clocks = [_clock(path, bounds, each, column, _LOOKED_AT) for each in tried]
     chosen, k = min(zip(tried, clocks, strict=True), key=lambda each: each[0].duration_s * each[1])
     timed = _along(path, chosen, column)
-    slow = timed.pieces.slower(1.0 / k)
-    held = share_on_path(path.stretches, timed.parameters[:-1], timed.parameters[1:]) > 0.0
-    k *= max(1.0, joints_slower_by(slow, limits), slower_by(tcp_use(model, slow, held, limits.path)))
+    timed = Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
+    k = max(1.0, joints_slower_by(timed.pieces, limits), _tcp_slower_by(model, bounds, timed))
     return Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
 
 
@@ -175,9 +187,11 @@ def _along(path: JointPath, chosen: Profile, column: int | None) -> Timed:
         middle = (t[:-1] + t[1:]) / 2.0
         there = _states(path, chosen.at(middle), column)[0][0]
         away = np.abs(pieces.position(middle) - there).max(axis=1)
-        if away.max() <= _EXACT:
+        ways = np.abs(np.diff(first[0], axis=0)).max(axis=1)
+        exact = np.minimum(_EXACT, _EVENLY * np.diff(t) * (ways / np.diff(t)).max())
+        if (away <= exact).all():
             break
-        t = np.sort(np.append(t, middle[away > _WORTH_HALVING]))
+        t = np.sort(np.append(t, middle[away > np.minimum(exact, _WORTH_HALVING)]))
     return Timed(pieces, t, s)
 
 

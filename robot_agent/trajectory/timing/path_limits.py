@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robot_agent.trajectory.joints.joint_path import JointPath, Numbers
+from robot_agent.trajectory.joints.joint_path import JointPath, Numbers, least_between
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.timing.affine import Affine, Scaled
+from robot_agent.trajectory.timing.timed import Timed
 
 _NARROW = 1e-9
 
@@ -33,7 +34,7 @@ class PathLimits:
     """The limits along one path."""
 
     def __init__(self, path: JointPath, limits: Limits) -> None:
-        self._path = path
+        self.path, self.limits = path, limits
         tcp = limits.path
         self._ends = np.array([each.end for each in path.stretches[:-1]])
         linear = [tcp.speed_m_s, tcp.acceleration_m_s2, tcp.jerk_m_s3]
@@ -48,30 +49,28 @@ class PathLimits:
                 share = each.joint_speed if order == 0 else 1.0
                 rows.append(np.concatenate([share * joints, np.minimum(own, caps) if order == 0 else own]))
             tables.append(np.array(rows))
-        self._velocity, above, below, jerk = tables
+        velocity, above, below, jerk = tables
         one = np.ones_like(above)
         self._scaled, self._per_jerk = Affine(one, one, np.zeros(1), -below, above).scaled(), 1.0 / jerk
         self._turning = np.flatnonzero(limits.turning)
-        self._joint = np.array([each.joint_rad_s for each in path.stretches])
-        self._lateral = np.array([tcp.acceleration_m_s2 if each.on_path else np.inf for each in path.stretches])
+        joint = [each.joint_rad_s for each in path.stretches]
+        lateral = [tcp.acceleration_m_s2 if each.on_path else np.inf for each in path.stretches]
+        self._speeds = np.column_stack([velocity, joint, lateral])
+        """By stretch: limits of the speeds of joints, way and turn, of the joints' own speed; lateral acceleration."""
 
     def rows(self, at: Numbers, around: Numbers | None = None, wide: Numbers | None = None) -> Rows:
         """The rows at parameters `at` `(k,)`.
 
         With borders `around` `(places + 1, m)` of the parts in which `at` lies, `m` for each place, the third
         derivative is its mean in these: what jerk a motion has that is looked at no closer. Where that of the TCP
-        steps it is the larger one of both sides. With `wide` `(2, k)` the
-        bound on the speed is the least of all stretches between.
+        steps it is the larger one of both sides. With `wide` `(2, k)` the bound on the speed is the least of all
+        stretches between, however short they are.
         """
-        first, second, third = self._path.pieces.slopes(at)
+        first, second, third = self.path.pieces.slopes(at)
         if around is not None:
             third = self._third_around(at, around, second, third)
         stretch = np.searchsorted(self._ends, at, side="right")
-        fastest = self._fastest(at, first, stretch)
-        for each in () if wide is None else np.searchsorted(self._ends, wide, side="right"):
-            other = np.flatnonzero(each != stretch)
-            if len(other):
-                fastest[other] = np.minimum(fastest[other], self._fastest(at[other], first[other], each[other]))
+        fastest = self._fastest(at, first, *((at, at) if wide is None else wide))
         tables = self._scaled.a, self._scaled.above, self._scaled.below, self._per_jerk
         scale, above, below, per_jerk = (each.take(stretch, axis=0) for each in tables)
         affine = Scaled(first * scale, second * scale, above, below)
@@ -79,7 +78,7 @@ class PathLimits:
 
     def _third_around(self, at: Numbers, around: Numbers, second: Numbers, third: Numbers) -> Numbers:
         """Third derivatives `(k, n + 2)` as `rows` describes them."""
-        bends, joints = self._path.pieces.bends(around), self._path.joints
+        bends, joints = self.path.pieces.bends(around), self.path.joints
         mean = _rise(np.diff(bends, axis=0), np.diff(around, axis=0), third.reshape(bends[1:].shape))
         here, s = second.reshape(mean.shape)[..., joints:], at.reshape(mean.shape[:2])
         tcp, own = bends[..., joints:], mean[..., joints:]
@@ -87,19 +86,67 @@ class PathLimits:
         mean[..., joints:] = np.where(np.abs(before) > np.abs(after), before, after)
         return mean.reshape(third.shape)
 
-    def _fastest(self, at: Numbers, first: Numbers, stretch: NDArray[np.intp]) -> Numbers:
-        """The bound `(k,)` on the squared rate of the parameter with the limits of `stretch` `(k,)`.
+    def speeds(self, first: Numbers, last: Numbers) -> Numbers:
+        """What the speeds of joints, TCP's way and turn, and the joints' own speed may be `(k, n + 3)`.
 
-        `first` `(k, n + 2)` is the path's first derivative there.
+        The least of all stretches between parameters `first` and `last` `(k,)`.
         """
+        return least_between(self._speeds[:, :-1], self._ends, first, last)
+
+    def _fastest(self, at: Numbers, slopes: Numbers, first: Numbers, last: Numbers) -> Numbers:
+        """The bound `(k,)` on the squared rate of the parameter by all stretches between `first` and `last` `(k,)`.
+
+        `slopes` `(k, n + 2)` is the path's first derivative at parameters `at`.
+        """
+        allowed = least_between(self._speeds, self._ends, first, last)
         with np.errstate(divide="ignore"):
-            fastest = ((self._velocity.take(stretch, axis=0) / np.abs(first)) ** 2).min(axis=1)
-            turning = (first[:, self._turning] ** 2).sum(axis=1)
-            fastest = np.minimum(fastest, self._joint[stretch] ** 2 / np.maximum(turning, 1e-300))
-            if len(self._path.curvature):
-                bend = np.interp(at, self._path.curvature[:, 0], self._path.curvature[:, 1])
-                fastest = np.minimum(fastest, self._lateral[stretch] / (first[:, -2] ** 2 * bend))
+            fastest = ((allowed[:, :-2] / np.abs(slopes)) ** 2).min(axis=1)
+            turning = (slopes[:, self._turning] ** 2).sum(axis=1)
+            fastest = np.minimum(fastest, allowed[:, -2] ** 2 / np.maximum(turning, 1e-300))
+            if len(self.path.curvature):
+                bend = np.interp(at, self.path.curvature[:, 0], self.path.curvature[:, 1])
+                fastest = np.minimum(fastest, allowed[:, -1] / (slopes[:, -2] ** 2 * bend))
         return np.asarray(fastest)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TcpSpeeds:
+    """What the TCP's speed and angular speed may be while joints over time go along a path."""
+
+    bounds: PathLimits
+    timed: Timed
+    least: Numbers
+    """`(2, pieces)` in all of a piece; infinite where there is neither cap nor limit."""
+
+    @classmethod
+    def of(cls, bounds: PathLimits, timed: Timed) -> "TcpSpeeds":
+        """Along the path of `bounds`."""
+        return cls(bounds, timed, bounds.speeds(timed.parameters[:-1], timed.parameters[1:])[:, -3:-1].T)
+
+    @property
+    def hold(self) -> NDArray[np.bool_]:
+        """`(pieces,)` where there is one."""
+        return np.asarray(np.isfinite(self.least).any(axis=0))
+
+    def between(self, which: NDArray[np.intp], shares: Numbers) -> Numbers:
+        """`(m, 2, k)` in pieces `which` `(k,)`, between one of `shares` `(m + 1,)` of their time and the next."""
+        s = self._parameters(which, shares[:, None])
+        allowed = self.bounds.speeds(s[:-1].ravel(), s[1:].ravel())[:, -3:-1]
+        return np.asarray(np.swapaxes(allowed.reshape(len(s) - 1, -1, 2), 1, 2))
+
+    def _parameters(self, which: NDArray[np.intp], x: Numbers) -> Numbers:
+        """Parameters `(m, k)` of the path at shares `x` `(m, 1)` of the time of pieces `(k,)`: rising cubics.
+
+        By it, which is the joints' own weighted way, the joints have a speed of 1.
+        """
+        pieces, first, last = self.timed.pieces, self.timed.parameters[which], self.timed.parameters[which + 1]
+        h = np.diff(pieces.knots)[which]
+        rates = pieces.coefficients[:, 1] / self.bounds.limits.velocity
+        rate = np.append(np.linalg.norm(rates, axis=1), 0.0)
+        way, begin, end = last - first, rate[which] * h, rate[which + 1] * h
+        y = 1.0 - x
+        s = first + way * x * x * (3.0 - 2.0 * x) + x * y * (begin * y - end * x)
+        return np.clip(np.maximum.accumulate(s, axis=0), first, last)
 
 
 def _rise(change: Numbers, width: Numbers, otherwise: Numbers) -> Numbers:

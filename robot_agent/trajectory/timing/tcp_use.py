@@ -1,4 +1,4 @@
-"""How much of its limits of acceleration and jerk the TCP uses, where these hold.
+"""How much of its limits of speed, acceleration and jerk the TCP uses, where these hold.
 
 Along its way it has the acceleration v' and the jerk v'' of its speed v, and of its angular speed |w| likewise: with
 u = w / |w| and the part a of w' across u
@@ -19,8 +19,10 @@ from robot_agent.kinematics import Model
 from robot_agent.model.description import PathSpeeds
 from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.timing.affine import Numbers
+from robot_agent.trajectory.timing.path_limits import TcpSpeeds
 
 Flags = NDArray[np.bool_]
+Places = NDArray[np.intp]
 
 _SLOWEST = np.array([[1e-3], [np.radians(1.0)]])
 """[m/s], [rad/s]: a TCP that is slower reverses; there the last term is that of this speed."""
@@ -31,6 +33,10 @@ _PLACES = np.linspace(0.0, 1.0, 5)
 """Of a piece, through whose twists a polynomial is laid."""
 _FINELY = np.linspace(0.0, 1.0, 17)
 """Where it is looked at: where a turn reverses, |w|'' has a peak some ms wide."""
+_BORDERS = np.concatenate([[0.0], (_FINELY[1:] + _FINELY[:-1]) / 2.0, [1.0]])
+"""Between these the speed is the one of the place: whatever cap holds there."""
+_KEPT = 1.0003
+"""A speed that is exceeded by less, with Jacobians that change evenly from knot to knot, is not looked at closer."""
 
 
 def _of_places(order: int) -> Numbers:
@@ -52,24 +58,41 @@ def tcp_use(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) -> Nu
     """
     used, which = np.zeros((3, len(held))), np.flatnonzero(held)
     if len(which):
-        h = np.diff(pieces.knots)[which]
-        t = pieces.knots[which] + _PLACES[:, None] * h
-        twist = _twists(model.jacobian(pieces.position(t)), pieces.slopes(t)[0])
-        v, a, j = (np.tensordot(rows, twist, 1) / h**order for order, rows in enumerate(_DERIVATIVES))
+        v, a, j = _looked_at(model, pieces, which, 3)
         used[:, which] = _shares(v, a, j, limits).max(axis=1)
     return used
 
 
-def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) -> Flags:
-    """Which pieces `(pieces,)` of those `held` are so close to a limit of the TCP that they need to be looked at.
+def speed_use(model: Model, pieces: Pieces, held: Flags, speeds: TcpSpeeds) -> Numbers:
+    """The most `(pieces,)` that the TCP uses of its speeds in each piece `held` `(pieces,)`; 0 in the others."""
+    used, which = np.zeros(len(held)), np.flatnonzero(held)
+    if len(which):
+        (twist,) = _looked_at(model, pieces, which, 1)
+        share = np.sqrt((twist**2).sum(axis=-2)) / speeds.between(which, _BORDERS)
+        used[which] = share.max(axis=(0, 1))
+    return used
 
-    For cubic pieces, the last of which ends at rest. What the joints' jerk takes of the TCP's is known on both sides
-    of each knot, the rest of it is smooth and told by the twists at the knots.
+
+def _looked_at(model: Model, pieces: Pieces, which: Places, orders: int) -> list[Numbers]:
+    """Twist and derivatives, so many in all and `(17, 2, 3, k)` each, at places of pieces `which` `(k,)`."""
+    h = np.diff(pieces.knots)[which]
+    t = pieces.knots[which] + _PLACES[:, None] * h
+    twist = _twists(model.jacobian(pieces.position(t)), pieces.slopes(t)[0])
+    return [np.tensordot(rows, twist, 1) / h**order for order, rows in enumerate(_DERIVATIVES[:orders])]
+
+
+def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds, speeds: TcpSpeeds) -> tuple[Flags, Flags]:
+    """Which pieces `(pieces,)` come so close to a limit of the TCP that they need to be looked at.
+
+    First those `held` `(pieces,)` that come near to a limit of acceleration or jerk, then those that may exceed one of
+    `speeds`. For cubic pieces, the last of which ends at rest. What the joints' jerk takes of the TCP's is known on
+    both sides of each knot, the rest of it is smooth and told by the twists at the knots.
     """
-    if not held.any():
-        return held
+    looked_at = held | speeds.hold
+    if not looked_at.any():
+        return held, looked_at
     h, (q, rates, third) = np.diff(pieces.knots), (pieces.coefficients[:, power] for power in (0, 1, 3))
-    near = np.flatnonzero(np.convolve(held, np.ones(4))[1:-2])  # knots of these pieces and of those beside them
+    near = np.flatnonzero(np.convolve(looked_at, np.ones(4))[1:-2])  # knots of these pieces and of those beside them
     jacobian = np.zeros((len(q) + 1, 6, q.shape[1]))
     jacobian[near] = model.jacobian(q[near])
     jacobian[-1] = jacobian[-2]
@@ -81,7 +104,19 @@ def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) -> Flag
     change, rest = (np.concatenate([each[..., :1], each, each[..., -1:]], axis=-1) for each in (change, rest))
     first = _shares(twist[..., :-1], change[..., :-1], rest[..., :-1] + after, limits)
     last = _shares(twist[..., 1:], change[..., 1:], rest[..., 1:] + before, limits)
-    return np.asarray(held & (np.maximum(first, last).max(axis=0) > _CLOSE))
+    near_limit = held & (np.maximum(first, last).max(axis=0) > _CLOSE)
+    return near_limit, looked_at & (_fastest(jacobian, pieces) > _KEPT * speeds.least).any(axis=0)
+
+
+def _fastest(jacobian: Numbers, pieces: Pieces) -> Numbers:
+    """Speed and angular speed `(2, pieces)` at most in each cubic piece, nearly, by the Jacobians at all knots."""
+    h, (c1, c2, c3) = np.diff(pieces.knots)[:, None], (pieces.coefficients[:, power] for power in (1, 2, 3))
+    rise = np.diff(jacobian, axis=0)
+    most = np.zeros((2, len(h)))
+    for x in _PLACES:
+        twist = _twists(jacobian[:-1] + x * rise, c1 + x * h * (2.0 * c2 + 3.0 * x * h * c3))
+        most = np.maximum(most, np.sqrt((twist**2).sum(axis=-2)))
+    return most
 
 
 def _twists(jacobian: Numbers, rates: Numbers) -> Numbers:

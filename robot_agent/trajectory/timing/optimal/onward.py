@@ -59,7 +59,7 @@ def fastest_onward(model: Model, path: JointPath, limits: Limits, going: PathUnd
         # a search that finds nothing ends in numbers that are not finite, or in equations without a solution
         with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
             initial = _coarsely(path, bounds, going, ramp_s(limits) / finer, over)
-            timed = None if initial is None else _finely(model, path, limits, bounds, initial, going)
+            timed = None if initial is None else _finely(model, path, bounds, initial, going)
             if timed is not None:
                 return timed
     return None
@@ -76,7 +76,7 @@ def _coarsely(path: JointPath, bounds: PathLimits, going: PathUnderWay, ramp: fl
 
 
 def _finely(
-    model: Model, path: JointPath, limits: Limits, bounds: PathLimits, initial: InitialLaw, going: PathUnderWay
+    model: Model, path: JointPath, bounds: PathLimits, initial: InitialLaw, going: PathUnderWay
 ) -> Timed | None:
     own = Limited.of(initial, bounds)
     limited = _roomy(own.tightened(np.array([[MARGIN], [MARGIN], [_JERK_MARGIN]])), 1, _ROOM, _ROOM)
@@ -86,7 +86,7 @@ def _finely(
         if not search.found:
             return None
         fitted = TimingLaw(initial, search.c).timed(path, going.joints)
-        excess = limit_use(model, path, fitted, limits, initial)
+        excess = limit_use(model, bounds, fitted, initial)
         if max(float(excess.max()), float(own.excess(search.c)[:2].max())) <= _ACCEPTED:
             return fitted.timed
         around = np.lib.stride_tricks.sliding_window_view(np.pad(excess, ((0, 0), (1, 1))), 3, axis=1).max(axis=2)

@@ -15,9 +15,9 @@ from robot_agent.trajectory.timing.optimal.interior_point import Search
 from robot_agent.trajectory.timing.optimal.reachability import fastest_speeds, times
 from robot_agent.trajectory.timing.optimal.retiming import Limited
 from robot_agent.trajectory.timing.optimal.timing_law import Fitted, TimingLaw
-from robot_agent.trajectory.timing.path_limits import PathLimits, Rows
+from robot_agent.trajectory.timing.path_limits import PathLimits, Rows, TcpSpeeds
 from robot_agent.trajectory.timing.slowdown import slower_by
-from robot_agent.trajectory.timing.tcp_use import close, tcp_use
+from robot_agent.trajectory.timing.tcp_use import close, speed_use, tcp_use
 from robot_agent.trajectory.timing.timed import Timed
 
 _GRID_STEP = 0.005
@@ -52,6 +52,8 @@ _EASABLE = (1.02, 1.05)
 _EASINGS = 11
 _EASED = 8
 """Intervals on either side of a place where the rate is lowered with it."""
+_QUARTERS = 4.0
+"""What a stretch allows counts for the joints' speed a quarter of a piece before and after it, too."""
 _FIRMLY = 1.2
 """The rate is lowered by so many times what the place itself needs, since a dip takes some jerk of its own."""
 _DIP = np.cos(np.pi / 2.0 * np.arange(-_EASED, _EASED + 1) / (_EASED + 1)) ** 2
@@ -75,7 +77,7 @@ def fastest_of(model: Model, paths: list[JointPath], limits: Limits) -> list[Tim
     for intervals in _ROUNDS:
         initials = [law.resampled(ramp / intervals, MOST_INTERVALS) for law in laws]
         fine = _limited(initials, [bounds[k] for k in waiting]).tightened(np.full((3, 1), MARGIN))
-        kept = _kept(model, [paths[k] for k in waiting], initials, Search(fine, begin(fine)), limits)
+        kept = _kept(model, [bounds[k] for k in waiting], initials, Search(fine, begin(fine)))
         for number, (timed, _) in zip(waiting, kept, strict=True):
             if number not in made or timed.pieces.duration_s < made[number].pieces.duration_s:
                 made[number] = timed
@@ -118,19 +120,19 @@ def _searched(initials: list[InitialLaw], bounds: list[PathLimits]) -> list[Timi
 
 
 def _kept(
-    model: Model, paths: list[JointPath], initials: list[InitialLaw], search: Search, limits: Limits
+    model: Model, bounds: list[PathLimits], initials: list[InitialLaw], search: Search
 ) -> list[tuple[Timed, TimingLaw]]:
     """Joints over time that keep their limits everywhere; paths where they do not yet are searched again.
 
     Beside them the law, which may be faster: its intervals are too long for what the limits do inside them.
     """
     made: dict[int, tuple[Timed, TimingLaw, Numbers]] = {}
-    waiting = list(range(len(paths)))
+    waiting = list(range(len(bounds)))
     for attempt in range(_ATTEMPTS):
         search.run(gap=0.003, kept=MARGIN - 1.0)
         excess, late = [], []
         for number, law in zip(waiting, _laws([initials[k] for k in waiting], search.c), strict=True):
-            each, k, used = _slowed(model, paths[number], law, limits)
+            each, k, used = _slowed(model, bounds[number], law)
             excess.append(used)
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
                 made[number] = each, law, used
@@ -140,10 +142,10 @@ def _kept(
         search.keep_only(np.array(late))
         search.tighten(_tighter([used for used, again in zip(excess, late, strict=True) if again]))
         waiting = [number for number, again in zip(waiting, late, strict=True) if again]
-    return [(_eased(model, path, *made[number], limits), made[number][1]) for number, path in enumerate(paths)]
+    return [(_eased(model, bound, *made[number]), made[number][1]) for number, bound in enumerate(bounds)]
 
 
-def _eased(model: Model, path: JointPath, best: Timed, law: TimingLaw, used: Numbers, limits: Limits) -> Timed:
+def _eased(model: Model, bounds: PathLimits, best: Timed, law: TimingLaw, used: Numbers) -> Timed:
     """The quicker of `best` and of what `law` becomes where its rate is lowered around each limit that it exceeds.
 
     That is cheaper than a search, and far better than to slow down all of a motion for a few places. `best` is `law`
@@ -156,7 +158,7 @@ def _eased(model: Model, path: JointPath, best: Timed, law: TimingLaw, used: Num
         dip = np.pad(2.0 * _FIRMLY * np.log(np.maximum(rate, 1.0)), _EASED + 1 + _EASED // 2, mode="edge")
         dip = (np.lib.stride_tricks.sliding_window_view(dip, len(_DIP)) * _DIP).max(axis=1)
         law = TimingLaw(law.initial, law.squared * np.exp(-np.convolve(dip, _SMOOTHED, mode="valid")))
-        each, k, used = _slowed(model, path, law, limits)
+        each, k, used = _slowed(model, bounds, law)
         if each.pieces.duration_s < best.pieces.duration_s:
             best = each
         if k <= _CERTAIN:
@@ -164,11 +166,11 @@ def _eased(model: Model, path: JointPath, best: Timed, law: TimingLaw, used: Num
     return best
 
 
-def _slowed(model: Model, path: JointPath, law: TimingLaw, limits: Limits) -> tuple[Timed, float, Numbers]:
+def _slowed(model: Model, bounds: PathLimits, law: TimingLaw) -> tuple[Timed, float, Numbers]:
     """`law` so much slower as a whole that it keeps its limits; by how much, and what it used `(3, intervals)`."""
-    fitted = law.timed(path)
+    fitted = law.timed(bounds.path)
     timed = fitted.timed
-    used = limit_use(model, path, fitted, limits, law.initial)
+    used = limit_use(model, bounds, fitted, law.initial)
     k = slower_by(used)
     slower = max(1.0, k)
     return Timed(timed.pieces.slower(1.0 / slower), timed.times * slower, timed.parameters), k, used
@@ -267,25 +269,44 @@ def _laws(initials: list[InitialLaw], rate: Numbers) -> list[TimingLaw]:
     return [TimingLaw(initial, part) for initial, part in zip(initials, np.split(rate, ends[:-1]), strict=True)]
 
 
-def limit_use(model: Model, path: JointPath, fitted: Fitted, limits: Limits, initial: InitialLaw) -> Numbers:
+def limit_use(model: Model, bounds: PathLimits, fitted: Fitted, initial: InitialLaw) -> Numbers:
     """The most that joints and TCP use of their limits of speed, acceleration and jerk in each interval `(3, k)`."""
-    pieces = fitted.timed.pieces
-    c1, c2, c3 = np.ascontiguousarray(pieces.coefficients[:, 1:4].transpose(1, 0, 2))  # cubics
+    pieces, at, limits = fitted.timed.pieces, fitted.timed.parameters, bounds.limits
+    c2, c3 = np.ascontiguousarray(pieces.coefficients[:, 2:4].transpose(1, 0, 2))  # cubics
     h = np.diff(pieces.knots)[:, None]
-    speed = np.maximum(np.abs(c1), np.abs(c1 + h * (c2 + 0.75 * h * c3)))
     lower, upper = limits.acceleration_bounds
     ends = [2.0 * c2, 2.0 * c2 + 6.0 * h * c3]
     used = [
-        speed / limits.velocity,
-        np.maximum(np.maximum(*ends) / upper, np.minimum(*ends) / lower),
-        np.abs(6.0 * c3) / limits.jerk,
+        np.maximum(np.maximum(*ends) / upper, np.minimum(*ends) / lower).max(axis=1),
+        np.abs(6.0 * c3 / limits.jerk).max(axis=1),
     ]
+    speeds = TcpSpeeds.of(bounds, fitted.timed)
+    held = share_on_path(bounds.path.stretches, at[:-1], at[1:]) > 0.0
+    near_limit, fast = close(model, pieces, held, limits.path, speeds)
+    own, *of_tcp = tcp_use(model, pieces, near_limit, limits.path)
+    by_speed = np.max([_joint_speed_use(bounds, fitted.timed), own, speed_use(model, pieces, fast, speeds)], axis=0)
     most = np.zeros((3, initial.intervals))
-    held = share_on_path(path.stretches, fitted.timed.parameters[:-1], fitted.timed.parameters[1:]) > 0.0
-    of_tcp = tcp_use(model, pieces, close(model, pieces, held, limits.path), limits.path)
-    for each, of_joints, own in zip(most, used, of_tcp, strict=True):
-        np.maximum.at(each, fitted.interval, np.maximum(of_joints.max(axis=1), own))
+    np.maximum.at(most[0], fitted.interval, by_speed)
+    for each, of_joints, tcp in zip(most[1:], used, of_tcp, strict=True):
+        np.maximum.at(each, fitted.interval, np.maximum(of_joints, tcp))
     return most
+
+
+def _joint_speed_use(bounds: PathLimits, timed: Timed) -> Numbers:
+    """The most `(pieces,)` that the joints use of their speeds, each by itself and all together, in cubic pieces."""
+    c1, c2, c3 = (timed.pieces.coefficients[:, power] for power in (1, 2, 3))
+    h, s = np.diff(timed.pieces.knots)[:, None], timed.parameters
+    begin, half_way, around = s[:-1], (s[:-1] + s[1:]) / 2.0, np.diff(s) / _QUARTERS
+    used = np.zeros(len(h))
+    for rates, first, last in (
+        (c1, begin - np.append(0.0, around[:-1]), begin + around),
+        (c1 + h * (c2 + 0.75 * h * c3), half_way - around, half_way + around),
+    ):
+        allowed = bounds.speeds(first, last)
+        each = (np.abs(rates) / allowed[:, :-3]).max(axis=1)
+        together = np.linalg.norm(rates[:, bounds.limits.turning], axis=1) / allowed[:, -1]
+        used = np.max([used, each, together], axis=0)
+    return used
 
 
 def _tighter(excess: list[Numbers]) -> Numbers:

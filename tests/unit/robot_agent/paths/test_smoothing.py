@@ -97,8 +97,9 @@ def test_a_turn_on_the_spot_between_short_lines_is_made_on_the_spot() -> None:
     assert spot.length_m == pytest.approx(np.radians(40.0))
 
 
-def test_one_speck_and_lines_without_any_way_are_passed_as_they_are() -> None:
-    assert len(paths_of(of_places((0, 0, 0), (5e-5, 0, 0)))) == 1
+def test_one_short_line_is_passed_as_it_is_and_those_without_any_way_are_none() -> None:
+    assert paths_of(of_places((0, 0, 0), (5e-5, 0, 0))) == []
+    assert len(paths_of(of_places((0, 0, 0), (2e-3, 0, 0)))) == 1
     (path,) = paths_of(of_places((0, 0, 0), (0, 0, 0), (1, 0, 0), (1, 0, 0)))
     assert path.length_m == pytest.approx(0.001)
     assert path.blocks == (0, 1, 2)

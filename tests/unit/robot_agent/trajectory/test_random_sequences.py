@@ -13,7 +13,7 @@ from robot_agent.trajectory.planner import _Paths
 from robot_agent.trajectory.timing.dispatch import in_time
 from robot_agent.trajectory.timing.optimal.reachability import fastest_speeds, times
 from robot_agent.trajectory.timing.path_limits import PathLimits
-from tests.unit.commanded_geometry import blended_m, curves, deviations_m, outside_of_corners
+from tests.unit.commanded_geometry import blended_m, curves, deviations_m, outside_of_corners, stopping_as
 from tests.unit.random_moves import LIMITS, MODEL, START, decorated, sequence
 from tests.unit.tcp_shares import tcp_shares
 
@@ -153,6 +153,7 @@ def test_random_sequence_keeps_its_limits_and_its_geometry(number: int) -> None:
     moves, motion = planned(number)
     assert_joints_inside_limits(motion)
     assert_smooth_and_at_rest(motion)
+    moves = stopping_as(motion, moves)
     commanded = curves(MODEL, moves, START)
     taus = outside_of_corners(moves, commanded, motion, each=12)
     assert_flange_inside_its_speeds(moves, motion, taus)

@@ -167,7 +167,7 @@ AT = ARM.forward(np.radians([0.0, 0.0, 20.0, 0.0, 40.0, 0.0]))
 """Where the paths begin; the frame is upright there."""
 TO = "MJ X=0 Y=0 Z=0 A={:.9f} B={:.9f} C={:.9f}\n".format(*np.degrees(to_xyz_abc(AT)[3:]))
 PATHS = {
-    "lines with round edges": "ML X=80 R=20 F=9999\nML Y=90 A=5 B=70 C=10",
+    "lines with round edges": "ML X=80 R=20 F=100\nML Y=90 A=5 B=70 C=10",
     "arcs": "MC QX=50 QY=50 X=100 Y=0 F=9999\nMC QX=50 QY=-50 X=0 Y=0 H=200",
     "splines": "MS X=50 Y=40 F=9999\nMS X=100 Y=0\nMS X=150 Y=40 A=-5 B=50 C=10\nML X=200",
     "joint moves": "MJ X=50 Y=50 Z=20\nML X=0 F=9999",

@@ -10,6 +10,7 @@ from robot_agent.model import ProfileKind, Shaping
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.trajectory import Motion, plan
 from robot_agent.trajectory.timing.gaussian_window import gaussian_weights
+from tests.unit.commanded_geometry import stopping_as
 from tests.unit.random_moves import LIMITS, MODEL, START, sequence
 from tests.unit.repository import vectors
 from tests.unit.tcp_shares import tcp_shares
@@ -81,7 +82,8 @@ def test_the_filter_has_no_phase() -> None:
 @pytest.mark.parametrize(("seed", "filter_s"), [(0, 0.01), (1, 0.04), (2, 0.15), (3, 0.04)])
 def test_limits_are_kept_and_every_rest_stays_a_rest(seed: int, filter_s: float) -> None:
     blocks = sequence(seed, 4)
-    plain, motion = planned(blocks, 0.0), planned(blocks, filter_s)
+    motion = planned(blocks, filter_s)
+    plain = planned(stopping_as(motion, blocks), 0.0)
     used = motion.pieces.peaks() / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
     assert used.max() <= 1.0 + 1e-3
     on_path = [not isinstance(each, JointMove) for each in blocks.blocks]

@@ -5,8 +5,8 @@ from unittest.mock import create_autospec
 import pytest
 
 from cell.commands.client.connection import Connection
+from cell.commands.client.live_desk import LiveDesk
 from cell.commands.errors import CommandError
-from cell.commands.operator.view import LiveDesk
 from cell.messages import Command, Go, Halt, Heard, Jog, JogFrame, Presence
 from cell.net.session import CellSession
 from cell.view.desk import NoAnswer

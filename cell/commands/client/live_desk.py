@@ -1,0 +1,55 @@
+"""Orders from a page or a monitor to the running cell."""
+
+import threading
+
+from cell.commands.client.connection import TRY_S, Connection, ask_until_answered
+from cell.commands.emergency.answers import Answers
+from cell.commands.emergency.door import Door, Stop
+from cell.commands.emergency.words import operator_name
+from cell.commands.errors import CommandError
+from cell.messages import Command, Go, Heard, Jog, JogHeld, Reply
+from cell.net.errors import CallError
+from cell.net.session import new_call
+from cell.view.desk import NoAnswer
+
+_DOORS_OPEN_S = 8.0
+"""So long a stop is repeated through every door."""
+
+
+class LiveDesk:
+    """Orders to the running cell; any thread may give them."""
+
+    def __init__(self, operator: Connection, by: str) -> None:
+        """`by`: what the operator uses, for example "by the page"."""
+        self._operator = operator
+        self.operator = f"{operator_name()} {by}"
+
+    def ask(self, to: str, command: Command, heard: Heard) -> Reply:
+        """See `Desk`; what is worded by the files here is not sent to an agent that runs with others."""
+        if isinstance(command, Jog | Go):
+            try:
+                self._operator.check_files(to, self._operator.presence(to.removeprefix("robot/")).digest)
+            except CommandError as error:
+                raise NoAnswer(f"{command.verb}: {error.what}; nothing was sent; {error.next_step}") from error
+        patience_s = command.answer_within_s + TRY_S
+        try:
+            return ask_until_answered(
+                self._operator.session, to, new_call(command, heard), patience_s, self._operator.stop
+            )
+        except CallError as error:
+            raise NoAnswer(f"{command.verb}: {to} gave no usable answer: {error}; look what was done") from error
+
+    def hold(self, message: JogHeld) -> None:
+        """See `Desk`."""
+        self._operator.session.publish(message)
+
+    def stop_all(self) -> None:
+        """See `Desk`: by the path of `cell estop`, which needs neither the manager nor this session."""
+        settings = self._operator.settings
+        endpoints = (settings.manager_endpoint, *(gateway.endpoint for gateway in settings.gateways.values()))
+        stop, answers = Stop(self.operator, "operator"), Answers()
+        doors = [Door(endpoint, (settings.name,), stop, answers, lambda: None) for endpoint in endpoints]
+        for door in doors:
+            timer = threading.Timer(_DOORS_OPEN_S, door.close)
+            timer.daemon = True
+            timer.start()

@@ -1,0 +1,80 @@
+"""A page in the browser about a cell, running or recorded: its server, and what it takes from the files here."""
+
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import typer
+
+from cell.commands.errors import CommandError, not_installed
+from cell.config.document import read_text
+from cell.config.settings import CellSettings
+from cell.view.gate import Gate, Level
+from cell.view.rows import Axes
+
+if TYPE_CHECKING:
+    from cell.view.server import GatedServer
+
+LOCAL = ("127.0.0.1", "localhost", "::1")
+
+
+@contextmanager
+def page_server(host: str, port: int, highest: Level) -> Iterator["GatedServer"]:
+    """A server for a page, whose addresses up to a level are printed. Raises `CommandError` when there can be none."""
+    try:
+        from cell.view.server import GatedServer, PortTaken, Unguarded, listen
+    except ImportError as error:
+        raise not_installed("the page", "view", error) from error
+    gate = Gate(_names(host), highest)
+    try:
+        listener = listen(host, port)
+        server = GatedServer(gate, listener)
+    except PortTaken as error:
+        raise CommandError(str(error), "end that, or name another port: --port 0 takes a free one") from error
+    except (OSError, Unguarded) as error:
+        raise CommandError(f"the page cannot be served at {host}: {error}") from error
+    try:
+        _tell(gate, host, listener.getsockname()[1])
+        yield server
+    finally:
+        server.stop()
+
+
+def _names(host: str) -> tuple[str, ...]:
+    """The names under which the page is told. Raises `CommandError` for an address that is every address."""
+    if host in ("0.0.0.0", "::", "*", ""):
+        raise CommandError(
+            f"--host {host or '(empty)'} found, allowed is one address or name of this computer",
+            "name the address of the network card by which it should be reached",
+        )
+    return LOCAL if host in LOCAL else (host, socket.gethostname())
+
+
+def _tell(gate: Gate, host: str, port: int) -> None:
+    shown = f"[{host}]" if ":" in host else host
+    for level, token in gate.tokens.items():
+        typer.echo(f"to {level.name.lower()}: http://{shown}:{port}/?token={token}")
+
+
+def axes_of(settings: CellSettings) -> dict[str, Axes]:
+    """The joints of each robot whose file can be read here; the page does without the others."""
+    from robot_agent.kinematics import KinematicsError
+    from robot_agent.workspace import PlacedRobot
+
+    found = {}
+    for name, robot in settings.robots.items():
+        try:
+            model = PlacedRobot.of(robot).model
+        except (KinematicsError, OSError) as error:
+            typer.echo(f"the axes of {name} are not shown: {error}", err=True)
+            continue
+        joints = tuple(model.joint_names)
+        found[name] = Axes(joints, tuple(each in model.linear_names for each in joints))
+    return found
+
+
+def programs_of(settings: CellSettings) -> dict[str, tuple[str, ...]]:
+    """The lines of each robot's program that can be read here."""
+    texts = {name: read_text(robot.program) for name, robot in settings.robots.items() if robot.program is not None}
+    return {name: tuple(text.splitlines()) for name, text in texts.items() if isinstance(text, str)}
