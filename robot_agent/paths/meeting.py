@@ -77,7 +77,7 @@ class Meeting:
     def rounded(self, cut_m: float, deviation_m: float) -> Transition:
         """With a round edge that begins `cut_m` before the corner and passes it at `deviation_m`."""
         reason = f"{self.reason}; {edge_text(self.round_m or 0.0, cut_m)}"
-        return Transition(self.before, self.block, self.continuity, Passing.ROUNDED, reason, deviation_m)
+        return Transition(self.before, self.block, self.continuity, Passing.ROUNDED, reason, deviation_m, cut_m=cut_m)
 
 
 def via(block: int, before: Turn, after: Turn, swing_rad: float) -> list[Transition]:

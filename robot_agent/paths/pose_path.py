@@ -16,8 +16,8 @@ from robot_agent.paths.transition import Transition
 
 _SHARES = np.linspace(0.0, 1.0, 33)
 """Where a curve that joins two others is looked at."""
-_SMALLEST_EDGE_M = 1e-5
-"""A corner that is cut by less is not cut, as far as a robot keeps its path: the joints decide, and it stops."""
+SMALLEST_EDGE_M = 1e-4
+"""A robot that would go round a smaller edge all but stands there, and to stand in the corner is quicker."""
 _LONGEST_BLEND_M = 0.05
 _BLENDED = 1.0 / 64.0
 """How far a blend mostly leaves the curves, of the step of the curvature times the square of half its width."""
@@ -108,7 +108,7 @@ def _joint(legs: list[Leg], number: int) -> _Joint | None:
     if before.round_m is None or before.smooth or after.smooth or meeting.turn_rad > SHARPEST_RAD:
         return None
     cut_m = min(before.round_m, before.curve.length_m / 2.0, after.curve.length_m / 2.0)
-    return _Joint(meeting, cut_m) if cut_m > _SMALLEST_EDGE_M else None
+    return _Joint(meeting, cut_m) if cut_m > SMALLEST_EDGE_M else None
 
 
 class _Assembly:

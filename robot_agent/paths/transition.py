@@ -43,6 +43,9 @@ class Transition:
     """How far at most the TCP turns from its programmed orientation where its rate is blended, to both sides of the
     border; at the border it has the programmed one."""
 
+    cut_m: float = 0.0
+    """How far from the corner a round edge begins and ends."""
+
     def shifted(self, blocks: int) -> "Transition":
         """The same with so many blocks more before it; a block that would come before all others becomes the first."""
         return replace(self, before=max(self.before + blocks, 0), block=self.block + blocks)

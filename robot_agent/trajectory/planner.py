@@ -31,7 +31,7 @@ from robot_agent.trajectory.timing.continuation import Continuation, PathUnderWa
 from robot_agent.trajectory.timing.dispatch import in_time
 from robot_agent.trajectory.timing.independent import Independent
 from robot_agent.trajectory.timing.optimal.onward import fastest_onward
-from robot_agent.trajectory.timing.round_edges import gains, halfway_s, perhaps_slower
+from robot_agent.trajectory.timing.round_edges import halfway_s, perhaps_slower
 from robot_agent.trajectory.timing.timed import Timed
 
 _CAP_SAMPLES = 64
@@ -43,6 +43,8 @@ _BY_ITSELF = "where joints are not in step each arrives by itself"
 _NO_TIMING = "no timing within the limits was found from where the motion was extended"
 _KEPT = 1.01
 """Limits are kept by what was planned with them up to this factor at least."""
+_WORTH_PLANNING = 0.005
+"""A motion is planned again with stops where these win more than this share of it."""
 _Timed = tuple[list[JointPath | Independent], list[Timed]]
 """Paths and their times."""
 
@@ -73,37 +75,40 @@ def plan(
         runs = paths.runs(start)
         return runs, in_time(model, runs, limits)
 
-    runs, times = _without_slow_edges(paths, limits, timed(paths), timed)
+    runs, times = _without_slow_edges(paths, timed(paths), timed)
     return assembled(model, Kept.nothing(start), len(sequence), runs, times, cycle_s)
 
 
 def _without_slow_edges(
-    paths: "_Paths", limits: Limits, rounded: _Timed, timed: Callable[["_Paths"], _Timed], known: int = 0
+    paths: "_Paths", rounded: _Timed, timed: Callable[["_Paths"], _Timed], known: int = 0
 ) -> _Timed:
-    """The quickest of paths with all round edges, with stops for those that may be slower, and for those that are.
+    """Paths with stops in place of the round edges that are slower than these, as far as that is worth while.
 
     `known` is how many blocks come before those of `paths`.
     """
-    slow = [
-        corner
+    found = [
+        each
         for run, time in zip(*rounded, strict=True)
         if isinstance(run, JointPath)
-        for corner in perhaps_slower(run, time, limits)
-        if corner.before >= known
+        for each in paths.perhaps_slower(run, time)
+        if each[0].before >= known
     ]
-    if not slow:
+    if sum(gain_s for _, gain_s in found) <= _WORTH_PLANNING * _lasting_s(rounded):
         return rounded
+    slow = [corner for corner, _ in found]
     stopped = timed(paths.stopping(corner.before - known for corner in slow))
     at, resting = halfway_s(*rounded), halfway_s(*stopped)
-    slower = [
-        corner.before - known
-        for corner in slow
-        if gains(at[corner.block] - at[corner.before], resting[corner.block] - resting[corner.before])
-    ]
-    if not slower:
-        return rounded
-    best = stopped if len(slower) == len(slow) else timed(paths.stopping(slower))
-    return min(rounded, best, key=lambda each: sum(time.pieces.duration_s for time in each[1]))
+    won_s = {
+        each.before - known: at[each.block] - at[each.before] - (resting[each.block] - resting[each.before])
+        for each in slow
+    }
+    if -sum(won for won in won_s.values() if won < 0.0) > _WORTH_PLANNING * _lasting_s(stopped):
+        stopped = timed(paths.stopping(block for block, won in won_s.items() if won > 0.0))
+    return min(rounded, stopped, key=_lasting_s)
+
+
+def _lasting_s(planned: _Timed) -> float:
+    return sum(time.pieces.duration_s for time in planned[1])
 
 
 def _onward(model: Model, paths: "_Paths", limits: Limits, start: Continuation, cycle_s: float) -> Motion:
@@ -129,7 +134,7 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Continuation, 
                 runs = paths.runs(going.path.end(), going.path, known)
                 return _timed_with(model, limits, going, runs) or otherwise
 
-            runs, times = _without_slow_edges(paths, limits, rounded, timed, known)
+            runs, times = _without_slow_edges(paths, rounded, timed, known)
             return assembled(model, Kept.of(start, going.after_s), known + paths.blocks, runs, times, cycle_s)
     acceleration = np.abs(limits.acceleration_bounds).max(axis=0)
     if (start.left.peaks() > _KEPT * np.stack([limits.velocity, acceleration, limits.jerk])).any():
@@ -170,6 +175,10 @@ class _Paths:
         self._blocks = tuple(
             replace(block, round_m=0.0) if number in stops else block for number, block in enumerate(sequence.blocks)
         )
+
+    def perhaps_slower(self, path: JointPath, timed: Timed) -> list[tuple[Transition, float]]:
+        """The round edges of a path that may take longer than a stop, and by how much [s]."""
+        return perhaps_slower(self._model, path, timed, self._limits)
 
     def stopping(self, stops: Iterable[int]) -> "_Paths":
         """The same with a stop in place of the round edge after each of the blocks `stops`."""

@@ -13,6 +13,8 @@ _MOST_STEPS = 80
 _SHORTEST_S, _LONGEST_S = 2e-4, 0.04
 _HALVINGS = 3
 _LEAST_SHARE = 0.2
+_NO_TIME_S = 1e-12
+"""The rate is there: no finite change of its slope takes less time."""
 _LONGEST_LANDING_S = 60.0
 """A slope so small that its landing would take longer leads nowhere."""
 _FASTEST = 4.0
@@ -67,7 +69,7 @@ class Steering:
                 break
         missing = target - rate
         landing_s = 2.0 * missing / slope if slope != 0.0 else math.inf
-        if way < limit and 0.0 < landing_s < _LONGEST_LANDING_S:
+        if way < limit and _NO_TIME_S < landing_s < _LONGEST_LANDING_S:
             pieces.append((landing_s, -slope * slope / (2.0 * missing)))
         return RateLaw.of_pieces(start.rate, start.rate_dot, pieces, target)
 

@@ -6,6 +6,8 @@ import numpy as np
 
 from robot_agent.kinematics import Model
 from robot_agent.paths.curves import hermite
+from robot_agent.paths.meeting import edge_text
+from robot_agent.paths.pose_path import SMALLEST_EDGE_M
 from robot_agent.paths.transition import Transition
 from robot_agent.trajectory.joints.joint_path import JointPath, Numbers, joined
 from robot_agent.trajectory.joints.meeting import JointMeeting
@@ -13,8 +15,8 @@ from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.joints.tcp_way import with_tcp, without_tcp
 from robot_agent.trajectory.limits import Limits
 
-_SMALLEST_CUT_S = 1e-5
-"""Of the joints' way at full speed: a few hundredths of a millimetre of an arm, which stops as fast."""
+_SMALLEST_CUT_S, _STANDS_M = 1e-5, 1e-9
+"""Of the joints' way at full speed, where the TCP stands."""
 _TCP_SAMPLES = 65
 _BRIDGE_SAMPLES = 33
 
@@ -73,15 +75,16 @@ def _rounded(
     back = _tcp_way(model, first, first.length, (first.corner_lengths[1] + first.length) / 2.0)
     ahead = _tcp_way(model, second, 0.0, second.corner_lengths[0] / 2.0)
     cut = min(float(np.interp(round_m, side[1], side[0])) for side in (back, ahead))
-    if cut < _SMALLEST_CUT_S:
-        return meeting.stop("a round edge that small is none")
+    reach = min(float(side[1, -1]) if side[1, -1] > _STANDS_M else round_m for side in (back, ahead))
+    cut_m = min(round_m, reach)
+    if cut_m <= SMALLEST_EDGE_M or cut < _SMALLEST_CUT_S:
+        return meeting.stop(f"a stop is quicker than a {edge_text(round_m, cut_m)}")
     bridge = _bridge(model, first, second, cut)
     at = first.length - cut + np.linspace(0.0, 2.0 * cut, _BRIDGE_SAMPLES)
     passed = model.forward(bridge.pieces.position(at)[:, : first.joints])[:, :3, 3]
     corner = model.forward(first.end())[:3, 3]
-    reach = min(float(side[1, -1]) if side[1, -1] > 0.0 else round_m for side in (back, ahead))
     deviation_m = float(np.linalg.norm(passed - corner, axis=1).min())
-    return _told(bridge, meeting.rounded(round_m, min(round_m, reach), deviation_m))
+    return _told(bridge, meeting.rounded(round_m, cut_m, deviation_m))
 
 
 def _curvature_spread(

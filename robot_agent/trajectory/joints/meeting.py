@@ -75,7 +75,7 @@ class JointMeeting:
     def rounded(self, round_m: float, cut_m: float, deviation_m: float) -> Transition:
         """With a round edge, see `paths.meeting`."""
         reason = f"{self.reason}; {edge_text(round_m, cut_m)}"
-        return Transition(self.before, self.block, self._continuity, Passing.ROUNDED, reason, deviation_m)
+        return Transition(self.before, self.block, self._continuity, Passing.ROUNDED, reason, deviation_m, cut_m=cut_m)
 
     @property
     def _continuity(self) -> Continuity:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robot_agent.kinematics import Model
 from robot_agent.paths import Passing, Transition
 from robot_agent.trajectory.joints.joint_path import JointPath, Numbers
 from robot_agent.trajectory.limits import Limits
@@ -17,71 +18,83 @@ from robot_agent.trajectory.timing.path_limits import PathLimits
 from robot_agent.trajectory.timing.s_curve import s_curve
 from robot_agent.trajectory.timing.timed import Timed
 
-_PLACES = (np.arange(17) + 0.5) / 17
-"""Of the way from one corner to the next, at which the limits are looked at."""
-
-_LEAST_S, _LEAST_SHARE = 2e-3, 2e-3
+_PLACES = (np.arange(9) + 0.5) / 9
+"""Of the way from one edge to the next, at which the limits are looked at."""
+_QUARTIC = 0.375
+"""A round edge between lines passes the corner at so many times its cut, times the sine of half the turn."""
+_STANDS = 1e-9
+_LEAST_S = 2e-3
 """By so much a stop has to be quicker, or it is no reason to give up a smooth motion."""
 
 
-def gains(rounded_s: float, stopping_s: float) -> bool:
-    """Whether a stop is worth while that takes so long, in place of a round edge that takes so long."""
-    return stopping_s + _LEAST_S + _LEAST_SHARE * stopping_s < rounded_s
+def perhaps_slower(model: Model, path: JointPath, timed: Timed, limits: Limits) -> list[tuple[Transition, float]]:
+    """The round edges of `path`, as it is timed, that may take longer than a stop in the corner, by how much [s].
 
-
-def perhaps_slower(path: JointPath, timed: Timed, limits: Limits) -> list[Transition]:
-    """The round edges of `path`, as it is timed, that may take longer than a stop in the corner.
-
-    They are compared with one profile from corner to corner and the limits midway; only the timing of the path with
-    stops says it exactly.
+    The time in an edge is compared with what one profile takes longer up to the corner and on from it than up to the
+    edge and on from there; only the timing of the path with stops says it exactly.
     """
     rounded = {each.before: each for each in path.transitions if each.passing is Passing.ROUNDED}
-    corners = [(each, rounded[each.block]) for each in path.stretches[:-1] if each.block in rounded]
+    corners = [(each.end, rounded[each.block]) for each in path.stretches[:-1] if each.block in rounded]
     if not corners:
         return []
-    at = np.array([0.0, *(each.end for each, _ in corners), path.length])
+    half, farther = _halves(model, path, corners)
+    middle = np.array([end for end, _ in corners])
+    at = np.stack([np.append(0.0, middle + half), np.append(middle - half, path.length)])
+    at = np.clip(at, 0.0, path.length)
     when = np.interp(at, timed.parameters, timed.times)
-    velocity = timed.pieces.derivatives(when)[0]
-    speeds = np.linalg.norm(velocity / limits.velocity, axis=1)
-    legs = _legs(PathLimits(path, limits), at)
+    speeds = np.linalg.norm(timed.pieces.derivatives(when)[0] / limits.velocity, axis=2)
+    legs = _legs(PathLimits(path, limits), *at)
     found = []
-    for number, (stretch, corner) in enumerate(corners):
-        stopping = legs[number].to_rest_s(speeds[number]) + legs[number + 1].to_rest_s(speeds[number + 2])
-        stopping += corner.deviation_m / min(stretch.speed_m_s, limits.path.speed_m_s)  # it is farther to the corner
-        if gains(float(when[number + 2] - when[number]), stopping):
-            found.append(corner)
+    for number, (_, corner) in enumerate(corners):
+        rounding_s, more = float(when[0, number + 1] - when[1, number]), float(half[number] + farther[number])
+        before = legs[number].more_s(speeds[0, number], speeds[1, number], more)
+        after = legs[number + 1].more_s(speeds[1, number + 1], speeds[0, number + 1], more)
+        won_s = rounding_s - before - after
+        if won_s > _LEAST_S:
+            found.append((corner, won_s))
     return found
+
+
+def _halves(model: Model, path: JointPath, corners: list[tuple[float, Transition]]) -> tuple[Numbers, Numbers]:
+    """By the parameter `(k,)`: half of each edge, and how much farther it is to the corner."""
+    states = path.pieces.shape(np.array([end for end, _ in corners]))[:2, :, : path.joints]
+    twist = (model.jacobian(states[0]) @ states[1][..., None])[..., 0]
+    cut, away = (np.array([getattr(each, name) for _, each in corners]) for name in ("cut_m", "deviation_m"))
+    cosine = np.sqrt(1.0 - np.minimum(away / (_QUARTIC * cut), 1.0) ** 2)
+    half_m = cut * (1.0 + cosine) / 2.0
+    rate = np.maximum(np.linalg.norm(twist[:, :3], axis=1), _STANDS)
+    return half_m / rate, (cut - half_m) / rate
 
 
 @dataclass(frozen=True, slots=True)
 class _Leg:
-    """From one corner to the next: its length by the parameter, and what the parameter's rate may be there."""
+    """From one edge to the next: its length by the parameter, and what the parameter's rate may be there."""
 
     length: float
     speed: float
     acceleration: float
     jerk: float
-    at_speed_s: float
-    """At the fastest rate of each place."""
 
-    def to_rest_s(self, speed: float) -> float:
-        """How long it takes from a rate of the parameter to rest, or from rest to that rate."""
-        top = max(self.speed, speed)
-        ramped_s = s_curve(self.length, top, self.acceleration, self.jerk, start_speed=speed).duration_s
-        return max(ramped_s, ramped_s + self.at_speed_s - self.length / top)
+    def more_s(self, far: float, near: float, more: float) -> float:
+        """How much longer it takes from a rate of the parameter at one end to rest `more` behind the other end.
+
+        Compared with passing the other end at rate `near`.
+        """
+        limits = max(self.speed, far, near), self.acceleration, self.jerk
+        stopping = s_curve(self.length + more, *limits, start_speed=far)
+        passing = s_curve(self.length, *limits, start_speed=far, end_speed=near)
+        return stopping.duration_s - passing.duration_s
 
 
-def _legs(bounds: PathLimits, at: Numbers) -> list[_Leg]:
-    """Between parameters `at` `(k,)`, with the limits midway."""
-    lengths = np.diff(at)
-    rows = bounds.rows((at[:-1, None] + lengths[:, None] * _PLACES).ravel())
+def _legs(bounds: PathLimits, first: Numbers, last: Numbers) -> list[_Leg]:
+    """Between parameters `first` and `last` `(k,)`, with the limits midway."""
+    lengths = np.maximum(last - first, _STANDS)
+    rows = bounds.rows((first[:, None] + lengths[:, None] * _PLACES).ravel())
     affine = rows.affine
     slopes = (np.abs(affine.a) / np.minimum(affine.above, affine.below)).max(axis=1)
-    slowness = 1.0 / np.sqrt(rows.fastest)
-    each = (values.reshape(len(lengths), -1) for values in (slowness, slopes, np.abs(rows.first_jerk).max(axis=1)))
-    speed, acceleration, jerk = (1.0 / np.median(values, axis=1) for values in each)
-    at_speed_s = lengths * slowness.reshape(len(lengths), -1).mean(axis=1)
-    return [_Leg(*map(float, leg)) for leg in zip(lengths, speed, acceleration, jerk, at_speed_s, strict=True)]
+    each = (1.0 / np.sqrt(rows.fastest), slopes, np.abs(rows.first_jerk).max(axis=1))
+    allowed = [1.0 / np.median(values.reshape(len(lengths), -1), axis=1) for values in each]
+    return [_Leg(*map(float, leg)) for leg in zip(lengths, *allowed, strict=True)]
 
 
 def halfway_s(paths: Sequence[JointPath | Independent], timed: Sequence[Timed]) -> dict[int, float]:

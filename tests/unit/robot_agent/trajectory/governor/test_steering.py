@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from robot_agent.trajectory import PathState
@@ -19,13 +19,14 @@ WAYS = [
 
 @settings(max_examples=300, deadline=None)
 @given(
-    st.integers(0, len(WAYS) - 1),
-    st.floats(0.0, 1.0),
-    st.floats(0.0, 1.2),
-    st.floats(-20.0, 20.0),
-    st.sampled_from([0.0, 0.3, 1.0]),
-    st.sampled_from([1.0, 0.5, 0.1]),
+    travel=st.integers(0, len(WAYS) - 1),
+    place=st.floats(0.0, 1.0),
+    rate=st.floats(0.0, 1.2),
+    slope=st.floats(-20.0, 20.0),
+    target=st.sampled_from([0.0, 0.3, 1.0]),
+    share=st.sampled_from([1.0, 0.5, 0.1]),
 )
+@example(travel=0, place=0.0, rate=2.2250738585072014e-308, slope=-3.0, target=0.0, share=1.0)
 def test_every_way_to_a_rate_ends_there_in_finite_time(
     travel: int, place: float, rate: float, slope: float, target: float, share: float
 ) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from cell.geometry import from_xyz_abc
 from robot_agent.model import ProfileKind, Shaping
-from robot_agent.paths import JointMove, Line, Sequence
+from robot_agent.paths import JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Motion, plan
 from robot_agent.trajectory.timing.gaussian_window import gaussian_weights
 from tests.unit.commanded_geometry import stopping_as
@@ -93,6 +93,21 @@ def test_limits_are_kept_and_every_rest_stays_a_rest(seed: int, filter_s: float)
     np.testing.assert_array_equal(motion.qdd(motion.rests), 0.0)
     np.testing.assert_allclose(motion.q(motion.rests), plain.q(plain.rests), atol=1e-9)
     assert motion.tcp_speed(motion.grid).max() <= plain.tcp_speed(np.linspace(0, plain.duration_s, 4000)).max() * 1.001
+
+
+def test_deviation_of_a_slow_curve_is_told_though_a_fast_move_follows_it() -> None:
+    wave = np.tile(MODEL.forward(START), (6, 1, 1))
+    wave[:, 0, 3] += 0.05 * np.arange(1, 7)
+    wave[:, 1, 3] += 0.02 * (-1.0) ** np.arange(6)
+    end = MODEL.solve(wave[-1], near=START)
+    fast = JointMove(end + np.array([1.0, 0.2, -0.2, 0.0, 0.1, 1.0]), 1.0, 2)
+    alone, followed = (planned(Sequence(each), 0.06) for each in ([Spline(wave, 1, 0.2)], [Spline(wave, 1, 0.2), fast]))
+    plain = planned(Sequence([Spline(wave, 1, 0.2)]), 0.0)
+    path = plain.pose(np.linspace(0.0, plain.duration_s, 8000))[:, :3, 3]
+    places = alone.pose(np.linspace(0.0, alone.duration_s, 200))[:, :3, 3]
+    found = max(float(np.linalg.norm(path - place, axis=1).min()) for place in places)
+    assert alone.filter_deviation_m == pytest.approx(found, rel=0.03)
+    assert 0.97 * found < followed.filter_deviation_m < 1.2 * found
 
 
 def test_deviation_from_the_path_is_reported_as_it_is() -> None:

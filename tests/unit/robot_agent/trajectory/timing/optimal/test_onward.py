@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cell.geometry import from_xyz_abc
 from robot_agent.model.description import ProfileKind, Shaping
-from robot_agent.paths import Arc, JointMove, Line, Passing, Sequence
+from robot_agent.paths import Arc, Block, JointMove, Line, Passing, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
 from robot_agent.trajectory.timing.gaussian_window import gaussian_weights, window_cells
 from tests.unit.six_axis_arm import arm, description
@@ -36,7 +37,7 @@ def loop(length: float, radius: float, speed: float) -> list[Line | Arc]:
     ]
 
 
-def planned(*blocks: Line | Arc | JointMove, limits: Limits = LIMITS) -> Motion:
+def planned(*blocks: Block, limits: Limits = LIMITS) -> Motion:
     return plan(ARM, Sequence(blocks), limits, start=START)
 
 
@@ -97,6 +98,20 @@ def test_the_old_motion_stays_and_the_new_one_has_its_unfinished_blocks_first() 
     assert longer.ends[0] == pytest.approx(motion.ends[1] - tau, abs=1e-3)
     np.testing.assert_allclose(motion.qd(np.array(motion.duration_s)), 0.0, atol=1e-12)
     np.testing.assert_allclose(longer.pose(np.array(longer.duration_s)), blocks[3].target_pose, atol=1e-6)
+
+
+def test_what_is_told_of_via_points_of_the_move_under_way_stays() -> None:
+    points = np.tile(beside(0.0, 0.0), (3, 1, 1))
+    points[:, 1, 3] += [0.05, 0.1, 0.15]
+    points[1, :3, :3] = from_xyz_abc(np.array([0, 0, 0, 0, 0, 0.2]))[:3, :3] @ points[1, :3, :3]
+    motion = planned(Spline(points, 1, 0.2))
+    vias = [each for each in motion.transitions if each.before == each.block == 0]
+    ahead = points[2].copy()
+    ahead[2, 3] += 0.1
+    longer = extended(motion, 0.3, Line(ahead, 0.2, 2))
+    assert max(each.deviation_rad for each in vias) > 0.01
+    for told in (longer.transitions, spliced(motion, 0.3, longer).transitions):
+        assert set(vias) <= set(told)
 
 
 def test_splices_are_the_old_motion_up_to_them_and_the_new_one_behind() -> None:
