@@ -38,7 +38,7 @@ def test_events_survive_the_death_of_the_manager_and_are_followed(live: LiveCell
     follow.signal(signal.SIGINT)
     assert follow.wait(10.0) == 0
     alarms = live.order("events", "--severity", "alarm", "-n", "1", "--json")
-    assert '"code":"estop"' in alarms.output
+    assert '"code": "estop"' in alarms.output
     assert len(alarms.output.splitlines()) == 1
 
 

@@ -21,14 +21,15 @@ def good(seed: int, seconds: float) -> Outcome:
     return outcome
 
 
-@pytest.mark.parametrize("seed", [1008, 1010, 1016, 1018])
+@pytest.mark.parametrize("seed", [1008, 1010])
 def test_a_generated_cell_under_faults_breaks_nothing_and_comes_to_its_end(seed: int) -> None:
     outcome = good(seed, SECONDS)
     assert outcome.contended, "its robots never asked for one zone at the same time"
 
 
 def test_the_same_seed_gives_the_same_run() -> None:
-    first, second = (run_seed(1018, 1.0) for _ in range(2))
+    first, second = good(1018, SECONDS), run_seed(1018, SECONDS)
+    assert first.contended
     assert first.coverage.events == second.coverage.events
     assert first.duration_s == second.duration_s
     assert first.coverage.counts == second.coverage.counts
