@@ -43,7 +43,7 @@ _BY_ITSELF = "where joints are not in step each arrives by itself"
 _NO_TIMING = "no timing within the limits was found from where the motion was extended"
 _KEPT = 1.01
 """Limits are kept by what was planned with them up to this factor at least."""
-_WORTH_PLANNING = 0.005
+_WORTH_PLANNING = 0.01
 """A motion is planned again with stops where these win more than this share of it."""
 _Timed = tuple[list[JointPath | Independent], list[Timed]]
 """Paths and their times."""

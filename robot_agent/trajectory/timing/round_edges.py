@@ -30,8 +30,8 @@ _LEAST_S = 2e-3
 def perhaps_slower(model: Model, path: JointPath, timed: Timed, limits: Limits) -> list[tuple[Transition, float]]:
     """The round edges of `path`, as it is timed, that may take longer than a stop in the corner, by how much [s].
 
-    The time in an edge is compared with what one profile takes longer up to the corner and on from it than up to the
-    edge and on from there; only the timing of the path with stops says it exactly.
+    The time in an edge, and in as much beside it as its slowness spreads to, is compared with what one profile takes
+    longer up to the corner and on from it than up to there and on; only the path with stops, timed, says it exactly.
     """
     rounded = {each.before: each for each in path.transitions if each.passing is Passing.ROUNDED}
     corners = [(each.end, rounded[each.block]) for each in path.stretches[:-1] if each.block in rounded]
@@ -40,15 +40,20 @@ def perhaps_slower(model: Model, path: JointPath, timed: Timed, limits: Limits) 
     half, farther = _halves(model, path, corners)
     middle = np.array([end for end, _ in corners])
     at = np.stack([np.append(0.0, middle + half), np.append(middle - half, path.length)])
-    at = np.clip(at, 0.0, path.length)
     when = np.interp(at, timed.parameters, timed.times)
+    around = float((np.abs(limits.acceleration_bounds) / limits.jerk).min()) / 2.0
+    passed = np.interp(middle, timed.parameters, timed.times)
+    when[0, 1:], when[1, :-1] = np.maximum(when[0, 1:], passed + around), np.minimum(when[1, :-1], passed - around)
+    when = np.clip(when, 0.0, timed.times[-1])
+    at = np.interp(when, timed.times, timed.parameters)
     speeds = np.linalg.norm(timed.pieces.derivatives(when)[0] / limits.velocity, axis=2)
     legs = _legs(PathLimits(path, limits), *at)
     found = []
     for number, (_, corner) in enumerate(corners):
-        rounding_s, more = float(when[0, number + 1] - when[1, number]), float(half[number] + farther[number])
-        before = legs[number].more_s(speeds[0, number], speeds[1, number], more)
-        after = legs[number + 1].more_s(speeds[1, number + 1], speeds[0, number + 1], more)
+        rounding_s = float(when[0, number + 1] - when[1, number])
+        ways = middle[number] - at[1, number], at[0, number + 1] - middle[number]
+        before = legs[number].more_s(speeds[0, number], speeds[1, number], ways[0] + farther[number])
+        after = legs[number + 1].more_s(speeds[1, number + 1], speeds[0, number + 1], ways[1] + farther[number])
         won_s = rounding_s - before - after
         if won_s > _LEAST_S:
             found.append((corner, won_s))
