@@ -24,6 +24,7 @@ from bench.nearness import nearness
 from bench.rest import rests
 from bench.short_lines import short_lines
 from bench.timing import Row, median_s
+from bench.view import view
 from bench.workspace import workspace
 from cell.messages import SetpointBlock
 from cell.net.codec import decode, encode
@@ -140,6 +141,7 @@ def main() -> None:
         *simulated_drives(),
         *gateways(),
         *load(),
+        *view(),
         *arms(),
         *rests(),
     ]:

@@ -1,8 +1,9 @@
-"""Distances between capsules, beside python-fcl called from Python."""
+"""Distances between capsules, beside python-fcl and coal called from Python."""
 
 from collections.abc import Callable, Iterator
 from functools import partial
 
+import coal
 import fcl
 import numpy as np
 
@@ -28,7 +29,9 @@ def distances() -> Iterator[Row]:
         one, other, radii = *rng.uniform(-1, 1, (2, count, 2, 3)), rng.uniform(0.05, 0.2, (2, count))
         own = median_s(partial(capsule_distance, one, radii[0], other, radii[1]), 50)
         peer_s = median_s(_by_fcl(one, other, radii), 5)
-        yield Row(f"{count} distances between capsules", own, own / peer_s, "of python-fcl, pair by pair")
+        what = f"{count} distances between capsules"
+        yield Row(what, own, own / peer_s, "of python-fcl, pair by pair")
+        yield Row(what, own, own / median_s(_by_coal(one, other, radii), 5), "of coal, pair by pair")
     first, second = np.triu_indices(ARMS, 1)
     bodies, radii = rng.uniform(-1, 1, (SAMPLES, ARMS, CAPSULES, 2, 3)), rng.uniform(0.05, 0.2, (ARMS, CAPSULES))
 
@@ -89,14 +92,34 @@ def _by_fcl(one: Array, other: Array, radii: Array) -> Callable[[], list[float]]
     return ask
 
 
+def _by_coal(one: Array, other: Array, radii: Array) -> Callable[[], list[float]]:
+    """Likewise."""
+
+    def placed(ends: Array, radius: float) -> tuple[object, object]:
+        length, turn, middle = _lying(ends)
+        return coal.Capsule(float(radius), length), coal.Transform3s(turn, middle)
+
+    pairs = [(*placed(a, r), *placed(b, s)) for a, b, r, s in zip(one, other, *radii, strict=True)]
+
+    def ask() -> list[float]:
+        return [coal.distance(*pair, coal.DistanceRequest(), coal.DistanceResult()) for pair in pairs]
+
+    return ask
+
+
 def _capsule(ends: Array, radius: float) -> object:
+    length, turn, middle = _lying(ends)
+    return fcl.CollisionObject(fcl.Capsule(float(radius), length), fcl.Transform(turn, middle))
+
+
+def _lying(ends: Array) -> tuple[float, Array, Array]:
+    """Length, rotation and middle of a capsule, whose own axis is Z."""
     way = ends[1] - ends[0]
     length = float(np.linalg.norm(way))
     z = way / length
     x = np.cross(np.eye(3)[int(np.argmin(abs(z)))], z)
     x /= np.linalg.norm(x)
-    pose = fcl.Transform(np.stack([x, np.cross(z, x), z], axis=-1), ends.mean(axis=0))
-    return fcl.CollisionObject(fcl.Capsule(float(radius), length), pose)
+    return length, np.stack([x, np.cross(z, x), z], axis=-1), ends.mean(axis=0)
 
 
 if __name__ == "__main__":

@@ -62,6 +62,7 @@ def _beside_fcl(mesh: Mesh, body: Sweep) -> Row:
     """How near every capsule of some samples is to a mesh, where it is nearer than 20 mm."""
     points, within = body.points[:: max(1, len(body.points) // 40)], 0.02
     own = median_s(partial(mesh.capsule_distance, points, body.radii, within), 5)
+    points = (points - mesh.pose_world_mesh[:3, 3]) @ mesh.pose_world_mesh[:3, :3]
     shapes = [
         fcl.CollisionObject(fcl.Capsule(float(radius), float(np.linalg.norm(b - a))), _pose(a, b))
         for sample in points
@@ -132,15 +133,15 @@ def _at(place: Array) -> PoseSettings:
 
 
 def _ball(folder: Path) -> Path:
-    """A ball of 100 mm of more than 10 000 triangles."""
+    """A closed ball of 100 mm of more than 10 000 triangles."""
     lon = np.linspace(0.0, 2.0 * np.pi, _ACROSS, endpoint=False)
-    lon, lat = np.meshgrid(lon, np.linspace(0.01, np.pi - 0.01, _AROUND))
+    lon, lat = np.meshgrid(lon, np.linspace(0.0, np.pi, _AROUND))
     ball = 100.0 * np.stack([np.sin(lat) * np.cos(lon), np.sin(lat) * np.sin(lon), np.cos(lat)], -1).reshape(-1, 3)
     row, column = (each.ravel() for each in np.indices((_AROUND - 1, _ACROSS)))
     a, b = row * _ACROSS + column, row * _ACROSS + (column + 1) % _ACROSS
     c, d = b + _ACROSS, a + _ACROSS
     triangles = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]) + 1
-    lines = [f"v {x} {y} {z}" for x, y, z in ball] + [f"f {i} {j} {k}" for i, j, k in triangles]
+    lines = [f"v {x} {y} {z}" for x, y, z in ball.round(9)] + [f"f {i} {j} {k}" for i, j, k in triangles]
     file = folder / "ball.obj"
     file.write_text("\n".join(lines) + "\n")
     return file

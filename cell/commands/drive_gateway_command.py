@@ -18,6 +18,7 @@ from cell.commands.options import (
     ConfigOption,
     ConnectOption,
     ListenOption,
+    LogJsonOption,
     ModeOption,
     ParentPipeOption,
     StateDirOption,
@@ -27,6 +28,7 @@ from cell.commands.processes.process import run_process
 from cell.commands.processes.simulation import robot_loads, simulation_of
 from cell.commands.subcommands import explained
 from cell.config.settings import CellSettings
+from cell.view.gate import Level
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -51,6 +53,7 @@ def run(
     config: ConfigOption = None,
     cfg: CfgOption = None,
     state_dir: StateDirOption = None,
+    log_json: LogJsonOption = False,
     parent_pipe: ParentPipeOption = None,
 ) -> None:
     """Run a gateway: bring the drives of its bus up and play the set points of their robots.
@@ -84,7 +87,7 @@ def run(
             zenoh_options=options,
         )
 
-    run_process(f"gateway-{gateway}", settings, state_dir, parent_pipe, body)
+    run_process(f"gateway-{gateway}", settings, state_dir, parent_pipe, log_json, body)
 
 
 @app.command(epilog="Example: drive-gateway simulate cell_configs/two_arms/cell.yaml left_bus")
@@ -92,6 +95,7 @@ def simulate(
     file: CellFileArgument,
     gateway: GatewayArgument,
     state_dir: StateDirOption = None,
+    log_json: LogJsonOption = False,
     parent_pipe: ParentPipeOption = None,
 ) -> None:
     """Run simulated drives alone on a gateway's bus, for a gateway in another process or on another host.
@@ -109,7 +113,7 @@ def simulate(
     def body(_folder: Path, stop: threading.Event) -> int:
         return run_simulated_drives(drives, simulation, stop, robots)
 
-    run_process(f"drives-{gateway}", settings, state_dir, parent_pipe, body)
+    run_process(f"drives-{gateway}", settings, state_dir, parent_pipe, log_json, body)
 
 
 @app.command(epilog="Example: drive-gateway tune cell_configs/two_arms/cell.yaml left_bus J2")
@@ -140,22 +144,22 @@ def _example(words: str) -> str:
 
 _CELL = "cell_configs/two_arms/cell.yaml left_bus"
 _DRIVES = "cell_configs/two_arms/left_drives.yaml"
-for _tool, _words in (
-    (drive_tools.scan, "scan --channel can0 --bitrate 500000"),
-    (drive_tools.read, f"read {_CELL} left.J1 6041:00"),
-    (drive_tools.write, f"write {_CELL} left.J1 6081:00 100000"),
-    (drive_tools.store, f"store {_CELL} left.J1"),
-    (drive_tools.restore, "restore --channel can0 5 --parameters application"),
-    (drive_tools.log, f"log {_CELL} left.asc --seconds 5"),
-    (dump.dump, f"dump {_DRIVES} --kind emcy --kind sdo --node 1"),
-    (drive_errors.errors, f"errors {_DRIVES} left.J1"),
-    (network_orders.nmt, "nmt --channel can0 5 reset-node"),
-    (node_setting.node_id, "node-id --channel can0 5"),
-    (compare.compare, f"compare {_DRIVES} left.J1 --dcf drive.dcf"),
-    (plan.plan, f"plan {_DRIVES} left.J1"),
-    (fault, f"fault {_CELL} left.J1 emcy 5112"),
+for _tool, _words, _level in (
+    (drive_tools.scan, "scan --channel can0 --bitrate 500000", Level.WATCH),
+    (drive_tools.read, f"read {_CELL} left.J1 6041:00", Level.WATCH),
+    (drive_tools.write, f"write {_CELL} left.J1 6081:00 100000", Level.CONFIGURE),
+    (drive_tools.store, f"store {_CELL} left.J1", Level.CONFIGURE),
+    (drive_tools.restore, "restore --channel can0 5 --parameters application", Level.CONFIGURE),
+    (drive_tools.log, f"log {_CELL} left.asc --seconds 5", Level.WATCH),
+    (dump.dump, f"dump {_DRIVES} --kind emcy --kind sdo --node 1", Level.WATCH),
+    (drive_errors.errors, f"errors {_DRIVES} left.J1", Level.WATCH),
+    (network_orders.nmt, "nmt --channel can0 5 reset-node", Level.CONFIGURE),
+    (node_setting.node_id, "node-id --channel can0 5", Level.CONFIGURE),
+    (compare.compare, f"compare {_DRIVES} left.J1 --dcf drive.dcf", Level.WATCH),
+    (plan.plan, f"plan {_DRIVES} left.J1", Level.WATCH),
+    (fault, f"fault {_CELL} left.J1 emcy 5112", Level.CONFIGURE),
 ):
-    app.command(cls=BusCommand, epilog=_example(_words))(bus_tool(_tool))
+    app.command(cls=BusCommand, epilog=_example(_words))(bus_tool(_tool, _level))
 app.command(epilog=_example(f"check {_DRIVES}"))(plan.check)
 
 

@@ -63,6 +63,11 @@ StateDirOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="For programs: one JSON object per line, in SI units.")]
 """Of whatever lists something (`cell.commands.client.json_lines`)."""
 
+LogJsonOption = Annotated[
+    bool, typer.Option("--log-json", help="Log one JSON object per line, for programs that collect logs.")
+]
+"""Of whatever runs until it is stopped (`cell.commands.processes.json_log`)."""
+
 ParentPipeOption = Annotated[int | None, typer.Option("--parent-pipe", hidden=True)]
 
 ModeOption = Annotated[

@@ -15,6 +15,7 @@ from cell.commands.options import (
     ConfigOption,
     ConnectOption,
     ListenOption,
+    LogJsonOption,
     ModeOption,
     ParentPipeOption,
     RobotArgument,
@@ -40,6 +41,7 @@ def robot_agent(
     config: ConfigOption = None,
     cfg: CfgOption = None,
     state_dir: StateDirOption = None,
+    log_json: LogJsonOption = False,
     parent_pipe: ParentPipeOption = None,
 ) -> None:
     """Run the agent of one robot, until Ctrl-C or SIGTERM; then the robot brakes on its path before the agent ends.
@@ -67,7 +69,7 @@ def robot_agent(
         say = logging.getLogger("robot_agent").warning
         return run_agent(settings, robot, placed, program, options, folder, stop, say)
 
-    run_process(f"robot-{robot}", settings, state_dir, parent_pipe, body)
+    run_process(f"robot-{robot}", settings, state_dir, parent_pipe, log_json, body)
 
 
 def main() -> None:

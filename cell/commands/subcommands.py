@@ -9,6 +9,9 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from cell.commands.access import require
+from cell.view.gate import Level
+
 HELP = {"help_option_names": ["-h", "--help"]}
 _BELOW_ZERO = re.compile(r"-\.?\d.*")
 
@@ -29,6 +32,8 @@ class Subcommand:
     """With a dot in front: of `cell.commands`."""
     function: str
     example: str
+    level: Level = Level.OPERATE
+    """Of the account that asks for it."""
 
 
 def subcommands(definitions: Mapping[str, Subcommand], before: str = "") -> type[TyperGroup]:
@@ -54,9 +59,15 @@ def subcommands(definitions: Mapping[str, Subcommand], before: str = "") -> type
 class _Command(TyperCommand):
     """Takes a number below 0 as a number; other parsers take it for an option: `cell override left -30`."""
 
+    level = Level.OPERATE
+
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         ctx.ignore_unknown_options = any(_BELOW_ZERO.fullmatch(word) for word in args)
         return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: Any) -> Any:
+        require(self.level, ctx.command_path)
+        return super().invoke(ctx)
 
 
 class _Commands(MutableMapping[str, Any]):
@@ -88,4 +99,6 @@ def _load(name: str, definition: Subcommand) -> Any:
     function = getattr(importlib.import_module(definition.module, "cell.commands"), definition.function)
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=HELP)
     app.command(name, cls=_Command, epilog=f"Example: {definition.example}")(function)
-    return explained(app)
+    command = explained(app)
+    command.level = definition.level
+    return command

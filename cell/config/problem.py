@@ -4,6 +4,7 @@ import difflib
 from collections.abc import Collection
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -77,11 +78,18 @@ def near(name: str, known: Collection[str], none: str) -> str:
     if len(known) > _MOST_COMPARED:
         return f"one of {', '.join(islice(known, _MOST_NAMED))}, {len(known) - _MOST_NAMED} more"
     folded = {each.casefold(): each for each in known}
-    found = [folded[each] for each in difflib.get_close_matches(name.casefold(), folded, _NEAREST)]
+    close = difflib.get_close_matches(name.casefold(), folded, _NEAREST)
+    close = [*filter(partial(_one_letter_apart, name.casefold()), folded), *close]
+    found = [folded[each] for each in dict.fromkeys(close)][:_NEAREST]
     others = [each for each in sorted(known) if each not in found]
     if not found:
         return f"one of {', '.join(others)}" if len(others) > 1 else f"only {others[0]}"
     return f"{' or '.join(found)}{f'; there are also {_few(others)}' if others else ''}"
+
+
+def _one_letter_apart(name: str, known: str) -> bool:
+    """Whether one letter of two and more was taken for another; of short names a share of letters tells too little."""
+    return len(name) == len(known) > 1 and (name + known).isalpha() and sum(map(str.__ne__, name, known)) == 1
 
 
 def _few(names: list[str]) -> str:

@@ -81,7 +81,9 @@ class ShapedEntry(PlacedEntry):
     half_space: Literal[True] | None = Field(
         None, description="true: all below the plane Z = 0 of the pose, a floor or a wall; Z points to the free side"
     )
-    mesh: MeshEntry | None = Field(None, description="triangles of a file: {file, unit}; bodies must come from outside")
+    mesh: MeshEntry | None = Field(
+        None, description="triangles of a file: {file, unit}; a surface where they do not close"
+    )
     margin: NotNegativeLength = Field(MARGIN_M, description="nearer than this no robot comes; default 5 mm")
 
     def shape(self, document: Document) -> Shape:

@@ -79,13 +79,13 @@ class Convex:
 class Faces:
     """Flat convex polygons in space."""
 
-    def __init__(self, corners: list[Array], normals: Array) -> None:
+    def __init__(self, corners: list[Array] | Array, normals: Array) -> None:
         """`corners` `(v, 3)` [m] of each, counter-clockwise about its normal; `normals` `(p, 3)` of length 1."""
-        most = max(map(len, corners))
-        self._starts = np.array([np.concatenate([each, np.repeat(each[-1:], most - len(each), 0)]) for each in corners])
-        self._ends = np.array(
-            [np.concatenate([each[1:], np.repeat(each[:1], most - len(each) + 1, 0)]) for each in corners]
-        )
+        if isinstance(corners, list):
+            most = max(map(len, corners))
+            corners = np.array([np.concatenate([each, np.repeat(each[-1:], most - len(each), 0)]) for each in corners])
+        self._starts = corners
+        self._ends = np.roll(corners, -1, axis=1)
         self._normals = normals
         self._offsets = np.einsum("pk,pk->p", normals, self._starts[:, 0])
         self._outward = np.cross(self._ends - self._starts, normals[:, None])
@@ -113,6 +113,19 @@ class Faces:
             one, other = segment[at : at + share], polygon[at : at + share]
             least[one, other] = self._distance(segments[one], heights[one, other], other)
         return np.asarray(least)
+
+    def near(self, segment: Array, within: float) -> NDArray[np.intp]:
+        """The polygons that may be no farther than `within` [m] from a segment `(2, 3)`, by balls around them."""
+        away, way = self._centres - segment[0], segment[1] - segment[0]
+        whole = float(way @ way)
+        if whole > 0.0:
+            away -= np.clip(away @ way / whole, 0.0, 1.0)[:, None] * way
+        return np.flatnonzero(np.einsum("pk,pk->p", away, away) <= (self._balls + within) ** 2)
+
+    def of_pairs(self, segments: Array, polygons: NDArray[np.intp]) -> Array:
+        """Exact distance `(k,)` [m] of each segment `(k, 2, 3)` from its polygon."""
+        heights = np.einsum("kej,kj->ke", segments, self._normals[polygons]) - self._offsets[polygons, None]
+        return self._distance(segments, heights, polygons)
 
     def _distance(self, segments: Array, heights: Array, polygons: NDArray[np.intp]) -> Array:
         """Of each segment `(k, 2, 3)` from its polygon, `(k,)`; `heights` `(k, 2)` are those of its ends above it."""

@@ -71,8 +71,24 @@ def capsules_touch(points: Array, radii: Array, solid: Solid) -> Flags:
 
 
 def _any_capsule_touches(points: Array, radii: Array, solid: Solid) -> bool:
-    """Whether one of many capsules touches the solid: first the one whose bounding sphere is nearest is looked at."""
-    gaps = _gaps(points, radii, solid)
+    """Whether one of many capsules touches the solid.
+
+    Most are decided by their ends: one whose end is in the solid touches it, and one touches nothing whose bounding box
+    along the axes of the box around the solid is away from that by more than its radius. The others are worked out.
+    """
+    box = solid.bounds()
+    if box is None:
+        return bool(_touch(points, radii, solid).any())
+    half = box.size / 2.0
+    ends = (points - box.pose_world_box[:3, 3]) @ box.pose_world_box[:3, :3]
+    if box is solid:
+        outside = np.maximum(np.abs(ends) - half, 0.0)
+        away = np.einsum("...k,...k", outside, outside)
+        if (np.minimum(away[..., 0], away[..., 1]) < (radii * (1.0 - _ROUNDING)) ** 2).any():
+            return True
+    start, end = ends[..., 0, :], ends[..., 1, :]
+    apart = np.maximum(np.maximum(np.minimum(start, end), -np.maximum(start, end)) - half, 0.0)
+    gaps = np.einsum("...k,...k", apart, apart) - (radii * (1.0 + _ROUNDING)) ** 2
     near = gaps <= 0.0
     if not near.any():
         return False

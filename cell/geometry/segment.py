@@ -11,6 +11,11 @@ from cell.geometry.errors import WrongShape
 _AT_ONCE = 2048
 """So many pairs fit into the nearest memory of a processor with all that is computed from them."""
 
+_NARROW = 1e-6
+"""Squared sine of an angle; from wider ones on, products of lengths tell lines that cross as exactly as vectors do."""
+_NONE, _ALL, _NOTHING = np.array(0.0), np.array(1.0), np.array(np.finfo(float).tiny)
+"""As arrays, which numpy takes sooner than numbers."""
+
 _THIRDINGS = 80
 """Of the part of a segment in which a least value lies: enough for the bits of a float."""
 
@@ -31,8 +36,8 @@ def segment_distance(first: Array, second: Array) -> Array:
     """Distance `(...)` [m] between segments `(..., 2, 3)`, start and end point each; both broadcast.
 
     Exact to rounding, also where segments are parallel or nearly so, in one line, touching, or points. The place on
-    the line of the first that is closest comes from cross products, which small angles do not spoil, and is brought
-    into its segment; then the closest place of the second is found for that one, and once more the first for the second
+    the line of the first that is closest comes from cross products where an angle is small, and is brought into its
+    segment; then the closest place of the second is found for that one, and once more the first for the second
     (Ericson, Real-Time Collision Detection, 5.1.9). To bring both places into their segments at once, or to leave one
     of parallel lines at its start, gives too long a distance.
 
@@ -43,7 +48,9 @@ def segment_distance(first: Array, second: Array) -> Array:
     shape = np.broadcast_shapes(first.shape, second.shape)
     pairs = math.prod(shape[:-2])
     if pairs <= _AT_ONCE:
-        return _distance(*(each.reshape((1,) * (len(shape) - each.ndim) + each.shape) for each in (first, second)))
+        ndim = max(len(shape), 3)
+        alike = (each.reshape((1,) * (ndim - each.ndim) + each.shape) for each in (first, second))
+        return _distance(*alike).reshape(shape[:-2])
     one, other = (np.broadcast_to(each, shape).reshape(-1, 2, 3) for each in (first, second))
     parts = [slice(start, start + _AT_ONCE) for start in range(0, pairs, _AT_ONCE)]
     return np.concatenate([_distance(one[part], other[part]) for part in parts]).reshape(shape[:-2])
@@ -79,30 +86,49 @@ def _distance(first: Array, second: Array) -> Array:
     a, b = (np.ascontiguousarray(each.transpose(order)) for each in (first, second))
     u, v, w = a[1] - a[0], b[1] - b[0], b[0] - a[0]
     uu, vv, uv, uw, vw = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, w), _dot(v, w)
-    normal = _cross(u, v)
+    whole = uu * vv
+    narrow = _NARROW * whole
+    whole -= uv * uv
+    if (whole >= narrow).all():
+        s = uw * vv
+        s -= uv * vw
+    else:
+        normal = _cross(u, v)
+        s, whole = _dot(_cross(w, v), normal), _dot(normal, normal)
     with np.errstate(over="ignore"):
-        s = _share(_dot(_cross(w, v), normal), _dot(normal, normal))
-        t = _share(uv * s - vw, vv)
-        s = _share(uv * t + uw, uu)
-    away = w + t * v - s * u
-    return np.asarray(np.sqrt(_dot(away, away)))
+        s = _share(s, whole)
+        t = uv * s
+        t -= vw
+        t = _share(t, vv)
+        s = uv * t
+        s += uw
+        s = _share(s, uu)
+    w += t * v
+    w -= s * u
+    square = _dot(w, w)
+    return np.asarray(np.sqrt(square, out=square))
 
 
 def _share(way: Array, whole: Array) -> Array:
-    """`way / whole` in 0 to 1; 0 where there is no whole."""
-    share = np.zeros(way.shape)
-    np.divide(way, whole, out=share, where=whole > 0.0)
-    return np.asarray(np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share))
+    """`way / whole` in 0 to 1, in place of `way`; 0 where there is no whole, for then there is no way."""
+    way /= np.maximum(whole, _NOTHING)
+    np.maximum(way, _NONE, out=way)
+    return np.asarray(np.minimum(way, _ALL, out=way))
 
 
-Parts = Array | tuple[Array, Array, Array]
-
-
-def _dot(a: Parts, b: Parts) -> Array:
+def _dot(a: Array, b: Array) -> Array:
     """Of vectors `(3, ...)`."""
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+    products = a * b
+    total: Array = products[0]
+    total += products[1]
+    total += products[2]
+    return total
 
 
-def _cross(a: Array, b: Array) -> Parts:
+def _cross(a: Array, b: Array) -> Array:
     """Of vectors `(3, ...)`."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    cross = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(a[i], b[j], out=cross[k])
+        cross[k] -= a[j] * b[i]
+    return cross

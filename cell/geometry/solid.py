@@ -21,8 +21,8 @@ class Solid(Protocol):
     def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:
         """Distance `(...)` [m] of capsules, end points `(..., 2, 3)` in world; at most 0 exactly where they touch.
 
-        Below zero it is less the deeper the capsule is, but for meshes. What is farther than `within` [m] may be told
-        as that.
+        Below zero it is less the deeper the capsule is, but for meshes that do not close. What is farther than `within`
+        [m] may be told as that.
         """
         ...
 

@@ -48,8 +48,9 @@ def _deadlock(steps: tuple[tuple[str, str], ...], zones: Mapping[str, Zone], cel
     text = "; ".join(f"{robot} waits for zone {zone} held by {zones[zone].holder}" for robot, zone in steps)
     remedy = (
         f"let one go back, for example {back}: `cell override {back} -100` until it is out of {zone}, then "
-        f"`cell halt {back}`; where its motion begins inside, `cell halt {back}`, then jog it out (`cell jog {back} "
-        f"--help`), which ends its program; {other} goes on by itself, after it `cell override {back} 100` and "
-        f"`cell continue {back}`, or `cell run {back}`"
+        f"`cell halt {back}`; where what is kept of its path begins inside, `cell halt {back}`, then jog it out "
+        f"(`cell jog {back} --help`); {other} goes on by itself, after it `cell override {back} 100`, "
+        f"after a jog `cell return {back}`, "
+        f"and `cell continue {back}`"
     )
     return Deadlock(tuple(robot for robot, _ in steps), tuple(zone for _, zone in steps), cell_time, text, remedy)

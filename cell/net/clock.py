@@ -24,6 +24,10 @@ class OtherClock:
         self._boots = NewestOf()
         self._ahead: deque[tuple[float, float]] = deque()
         """Arrival [s], and how far the other clock is ahead at least."""
+        self._surest = (0.0, 0.0)
+        """Of these, the one by which the other clock is ahead most while both come apart."""
+        self.ahead_s: float | None = None
+        """None before the first message."""
         self._at_most: deque[tuple[float, float]] = deque()
         """When an answered message was sent [s], and how far the other clock is ahead at most."""
 
@@ -46,15 +50,12 @@ class OtherClock:
         self._ahead.append((at, reading - at))
         while at - self._ahead[0][0] > _WINDOW_S:
             self._ahead.popleft()
+        self.ahead_s = max(ahead for _, ahead in self._ahead)
+        self._surest = max(self._ahead, key=lambda known: known[1] + DRIFT * known[0])
         if round_s < inf:
             self._at_most.append((at - round_s, reading - at + round_s))
             while at - round_s - self._at_most[0][0] > _WINDOW_S:
                 self._at_most.popleft()
-
-    @property
-    def ahead_s(self) -> float | None:
-        """None before the first message."""
-        return max((ahead for _, ahead in self._ahead), default=None)
 
     def error_s(self, now: float) -> float:
         """How far `ahead_s` is from the truth at `now` [s] at most, while no two clocks come apart faster than `DRIFT`.
@@ -64,7 +65,8 @@ class OtherClock:
         ahead_s = self.ahead_s
         if ahead_s is None:
             return inf
-        least = max(ahead - DRIFT * (now - at) for at, ahead in self._ahead)
+        at, ahead = self._surest
+        least = ahead - DRIFT * (now - at)
         most = min((ahead + DRIFT * (now - sent) for sent, ahead in self._at_most), default=inf)
         return max(most - ahead_s, ahead_s - least)
 

@@ -5,10 +5,13 @@ Every key starts with `cell/<cell>/`, so one subscriber on `cell/<cell>/**` sees
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 from cell.messages import STATES
 
 ROOT = "cell"
+_MOST_KEYS = 1000
+"""Whose kind of message is remembered."""
 _NAME = re.compile(r"[A-Za-z0-9_.-]+")
 
 
@@ -29,6 +32,7 @@ class Keys:
             raise ValueError(f"a cell's name is letters, digits, '_', '-' and '.', found {cell!r}")
         self.cell = cell
         self.prefix = f"{ROOT}/{cell}/"
+        self._kinds = lru_cache(_MOST_KEYS)(_kind_of)
 
     def of(self, message: object) -> str:
         """The key on which `message` travels. Raises `TypeError` for what is no state message."""
@@ -41,8 +45,7 @@ class Keys:
         """The message class that travels on `key`; None when it is no state key of this cell."""
         if not key.startswith(self.prefix):
             return None
-        rest = key[len(self.prefix) :]
-        return next((kind for kind, state in STATES.items() if state.pattern.fullmatch(rest)), None)
+        return self._kinds(key[len(self.prefix) :])
 
     def alive(self, role: str, name: str, boot: str) -> str:
         """The key of a process' liveliness token."""
@@ -57,3 +60,8 @@ class Keys:
     def command(self, to: str, verb: str) -> str:
         """The key of a call; `to` is `"manager"`, `"robot/<r>"` or `"gateway/<g>"`, `verb` may be `*`."""
         return f"{self.prefix}{to}/cmd/{verb}"
+
+
+def _kind_of(key: str) -> type | None:
+    """By the key below that of the cell."""
+    return next((kind for kind, state in STATES.items() if state.pattern.fullmatch(key)), None)

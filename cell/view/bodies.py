@@ -15,6 +15,7 @@ from cell.config.settings import (
     MeshShape,
     PoseSettings,
     Shape,
+    SpaceKind,
     SphereShape,
     ThingSettings,
 )
@@ -209,6 +210,15 @@ def things(settings: CellSettings, seen: Newest) -> list[Solid]:
     }
     frames = seen.of(FramePose)
     return [Solid(name, thing.shape, _placed(thing, frames)) for name, thing in every.items()]
+
+
+def spaces(settings: CellSettings) -> list[tuple[Solid, SpaceKind]]:
+    """The spaces that each robot keeps to, named for both."""
+    return [
+        (Solid(f"{robot}/{space.name}", space.shape, _pose(space.pose)), space.kind)
+        for robot, its in settings.robots.items()
+        for space in its.spaces
+    ]
 
 
 def _placed(thing: ThingSettings, frames: Mapping[str, FramePose]) -> Array:

@@ -55,8 +55,14 @@ FASTEST_M_S, FASTEST_RAD_S = 0.25, math.radians(30.0)
 PERCENTS = ("10", "25", "50", "75", "100")
 ESTOP_STYLE = (
     "<style>div:has(>.zencell-estop)+div button{height:4.2em!important;font-size:17px;font-weight:700;"
-    "background:#dc2626!important;color:#fff!important}</style><div class='zencell-estop'></div>"
+    "background:#dc2626!important;color:#fff!important}"
+    "div:has(>.zencell-estop)+div{position:sticky;top:0;z-index:9}</style><div class='zencell-estop'></div>"
 )
+JOG_STYLE = (
+    "<style>div:has(>div>.zencell-jog){display:grid;grid-template-columns:1fr 1fr}"
+    "div:has(>.zencell-jog){grid-column:1/-1}</style><div class='zencell-jog'></div>"
+)
+"""The two directions of an axis beside each other."""
 ORDERS: Mapping[str, Mapping[str, type[Command]]] = {
     "drives": {"Enable": Enable, "Disable": Disable, "Reset": ResetRobot},
     "program": {"Run": Run, "Continue": Continue, "Step": Step},
@@ -94,11 +100,12 @@ class Controls:
         self._place: Any = None
         """What only the holder has."""
         self._take: Any = None
+        if self._visitor.level >= Level.OPERATE:
+            # Above the tabs: it is there whichever of them is open.
+            self._gui.add_html(ESTOP_STYLE, order=-2.0)
+            stop = self._gui.add_button("EMERGENCY STOP", color="red", icon=viser.Icon.HAND_STOP, order=-1.0)
+            stop.on_click(self._stop_all)
         with tab:
-            if self._visitor.level >= Level.OPERATE:
-                self._gui.add_html(ESTOP_STYLE)
-                stop = self._gui.add_button("EMERGENCY STOP", color="red", icon=viser.Icon.HAND_STOP)
-                stop.on_click(self._stop_all)
             self._who = self._gui.add_html("")
             if self._visitor.level >= Level.OPERATE:
                 self._take = self._gui.add_button("Take control")
@@ -220,12 +227,14 @@ class Controls:
 
     def _build_jog(self) -> None:
         gui = self._gui
-        with gui.add_folder("Jog: hold a button"):
+        with gui.add_folder("Jog"):
             frames = (JOINTS, *(frame.value for frame in JogFrame), *self._settings.frames)
             self._frame = gui.add_dropdown("along", frames)
             self._frame.on_update(lambda _: self._show_axes())
             self._speed = gui.add_slider("speed %", min=1, max=100, step=1, initial_value=20)
-            self._jogs = [(gui.add_button(" "), i, sign) for i in range(self._most_axes) for sign in (1.0, -1.0)]
+            with gui.add_folder("hold to move"):
+                gui.add_html(JOG_STYLE)
+                self._jogs = [(gui.add_button(" "), i, sign) for i in range(self._most_axes) for sign in (-1.0, 1.0)]
             for button, i, sign in self._jogs:
                 JogButton(button, self._here, self._desk, self._seen, partial(self._jog, i, sign), self._say)
             self._point = gui.add_text("point", "")

@@ -87,7 +87,7 @@ class NowLines:
             reason = "its agent does not answer"
             return Line(robot, Tone.ALARM, "silent", "", "", reason, self._age(robot, reason, seen), "", remedy)
         alarms = why(state)
-        reason = alarms or (f"does not know where it is: {lost}" if lost else "")
+        reason = alarms or (f"does not know where it is: {lost}" if lost else _held(state))
         other = _waits_for(state, seen) if reason else ""
         return Line(
             robot,
@@ -119,6 +119,12 @@ def _tone(state: RobotState, reason: Text) -> Tone:
     return Tone.MOVES if state.mode in _MOVES else Tone.STANDS
 
 
+def _held(state: RobotState) -> Text:
+    """Who keeps a running robot at rest, where it waits for nothing that has a name of its own."""
+    governor = state.governor
+    return governor.ruled_by if state.mode is Mode.RUNNING and governor is not None and governor.rate == 0.0 else ""
+
+
 def _rate(state: RobotState) -> Text:
     governor = state.governor
     if text := pace_text(state):
@@ -148,6 +154,8 @@ def _next(state: RobotState, reason: Text, lost: Text, other: Name, seen: Newest
     for deadlock in manager.deadlocks:
         if robot in deadlock.robots:
             return deadlock.remedy
+    if state.mode is Mode.ESTOP:
+        return _NEXT[state.mode]
     if state.mode in ALARMED:
         return _remedy(state, seen) or _NEXT[state.mode].format(robot=robot)
     if lost:
@@ -161,6 +169,8 @@ def _next(state: RobotState, reason: Text, lost: Text, other: Name, seen: Newest
             return f"look whether somebody is inside, then: cell zone clear {name}"
     if other:
         return _other_first(other, seen)
+    if reason.startswith("WAIT,"):
+        return "nothing: its program pauses"
     return f"see what it waits for: cell why {robot}" if reason else "nothing: it runs"
 
 

@@ -10,12 +10,14 @@ import numpy as np
 import viser
 
 from cell.config.settings import CellSettings
+from cell.geometry.arrays import Array
 from cell.messages import Severity
 from cell.view import panels
 from cell.view.control import Control
 from cell.view.controls import Controls
 from cell.view.curves import Curves, Quantity
 from cell.view.desk import Desk
+from cell.view.diagram import Diagrams, Pair, shown
 from cell.view.newest import Newest
 from cell.view.now import NowLines
 from cell.view.playback import Playback
@@ -29,6 +31,7 @@ TEXT_EVERY = 6
 """Pictures between two looks at what changes seldom."""
 CURVE_EVERY = 30
 _LEFT, _RIGHT = 370.0, 440.0
+_PAIR = " and "
 
 
 class Page:
@@ -58,6 +61,7 @@ class Page:
         self._seen = Newest()
         self._now = NowLines(settings)
         self._curves = Curves()
+        self._diagrams = Diagrams(tuple(settings.robots), settings.separation)
         self._stage = Stage(server, settings)
         self._shown = _Shown(server)
         self._guests: dict[int, _Guest] = {}
@@ -80,7 +84,7 @@ class Page:
         elif self._playback is None:
             with self._shown.control:
                 client.gui.add_markdown("This page can only be watched. To operate: `cell view --control operate`.")
-        self._guests[client.client_id] = _Guest(client, self._shown, self._settings, controls)
+        self._guests[client.client_id] = _Guest(client, self._shown, self._settings, self._diagrams.pairs, controls)
 
     async def _went(self, client: viser.ClientHandle) -> None:
         guest = self._guests.pop(client.client_id, None)
@@ -91,15 +95,19 @@ class Page:
         """Look and draw until `stop`; with nobody there it only looks."""
         due, turn = time.monotonic(), 0
         while not stop.is_set():
-            if self._playback is not None:
-                self._playback.look()
-            self._seen.look(self._source.take_new(), self._source.now())
-            self._curves.look(self._seen)
-            if self._guests or turn % CURVE_EVERY == 0:
-                self._draw(turn)
+            self.picture(turn)
             turn += 1
             due = max(due + PICTURE_S, time.monotonic())
             stop.wait(due - time.monotonic())
+
+    def picture(self, turn: int) -> None:
+        """Look at what is new, and draw it; the number of the picture says how much of it."""
+        if self._playback is not None:
+            self._playback.look()
+        self._seen.look(self._source.take_new(), self._source.now())
+        self._curves.look(self._seen)
+        if self._guests or turn % CURVE_EVERY == 0:
+            self._draw(turn)
 
     def _draw(self, turn: int) -> None:
         with self._server.atomic():
@@ -108,13 +116,16 @@ class Page:
             return
         lines = self._now.of(self._seen)
         self._stage.seldom(self._seen, lines)
+        self._diagrams.look(self._seen)
         self._shown.now_html.show(panels.header(self._settings, self._seen) + panels.now(lines))
         self._shown.programs_html.show(panels.programs(self._settings, self._seen, self._programs))
         self._shown.cell_html.show(panels.cell(self._seen))
         self._shown.drives_html.show(panels.drives(self._settings, self._seen, self._axes))
         self._shown.places_html.show(panels.places(self._settings, self._seen, self._axes))
         for guest in list(self._guests.values()):
-            guest.show(self._seen, self._curves, self._axes, turn % CURVE_EVERY == 0)
+            guest.show(self._seen, self._diagrams)
+            if turn % CURVE_EVERY == 0:
+                guest.show_curves(self._curves, self._axes)
 
 
 class _Text:
@@ -143,7 +154,8 @@ class _Shown:
         self.control = tabs.add_tab("Control")
         with tabs.add_tab("Programs"):
             self.programs_html = _Text(gui)
-        with tabs.add_tab("Cell"):
+        self.cell = tabs.add_tab("Cell")
+        with self.cell:
             self.cell_html = _Text(gui)
         with tabs.add_tab("Places"):
             self.places_html = _Text(gui)
@@ -162,6 +174,7 @@ class _Guest:
     client: viser.ClientHandle
     shown: _Shown
     settings: CellSettings
+    pairs: tuple[Pair, ...]
     controls: Controls | None
     _least: Any = field(init=False)
     _paused: Any = field(init=False)
@@ -170,6 +183,9 @@ class _Guest:
     _quantity: Any = field(init=False)
     _plot: Any = field(init=False, default=None)
     _drawn: tuple[str, ...] = field(init=False, default=())
+    _untold: _Text = field(init=False)
+    _pair: Any = field(init=False, default=None)
+    _diagram: _Text = field(init=False)
 
     def __post_init__(self) -> None:
         gui = self.client.gui
@@ -180,21 +196,32 @@ class _Guest:
         with self.shown.curves:
             self._robot = gui.add_dropdown("robot", tuple(self.settings.robots))
             self._quantity = gui.add_dropdown("curves", tuple(each.value for each in Quantity))
+            self._untold = _Text(gui)
+        if self.pairs:
+            with self.shown.cell:
+                self._pair = gui.add_dropdown("who goes first", tuple(map(_PAIR.join, self.pairs)))
+                self._diagram = _Text(gui)
 
-    def show(self, seen: Newest, curves: Curves, axes: Mapping[str, Axes], with_curves: bool) -> None:
+    def show(self, seen: Newest, diagrams: Diagrams) -> None:
         """What has changed for this browser."""
         if not self._paused.value:
             self._events.show(panels.events(seen.events, Severity(self._least.value), seen.now))
-        if with_curves and self._robot.value in axes:
-            self._show_curves(curves, axes[self._robot.value])
+        if self._pair is not None:
+            one, other = self._pair.value.split(_PAIR)
+            self._diagram.show(shown(diagrams, (one, other)))
         if self.controls is not None:
             self.controls.show()
 
-    def _show_curves(self, curves: Curves, axes: Axes) -> None:
-        quantity = Quantity(self._quantity.value)
-        times, values = curves.of(self._robot.value, quantity)
-        if len(times) < 2 or values.shape[1] != len(axes.names):
-            return
+    def show_curves(self, curves: Curves, axes: Mapping[str, Axes]) -> None:
+        """The last minute of what this browser has chosen."""
+        robot, quantity = self._robot.value, Quantity(self._quantity.value)
+        times, values = curves.of(robot, quantity)
+        untold = bool(len(times)) and bool(np.isnan(values).all())
+        self._untold.show(panels.note(f"the drives of {robot} tell no {quantity.value}") if untold else "")
+        if robot in axes and len(times) > 1 and values.shape[1] == len(axes[robot].names):
+            self._draw_curves(quantity, times, values, axes[robot])
+
+    def _draw_curves(self, quantity: Quantity, times: Array, values: Array, axes: Axes) -> None:
         if quantity is not Quantity.TORQUE:
             values = values * np.where(axes.sliding, 1000.0, np.degrees(1.0))
         data = (times, *values.T)

@@ -26,7 +26,7 @@ from cell.messages import (
 from cell.messages.common import Count
 from cell.view.newest import Newest
 from cell.view.now import Line, Tone
-from cell.view.rows import AXIS_HEADING, Axes, Kind, axis_rows, duration
+from cell.view.rows import AXIS_HEADING, Axes, Burst, Kind, axis_rows, bursts, duration
 
 MOST_LINES = 60
 _AROUND = 8
@@ -227,23 +227,25 @@ def cell(seen: Newest) -> str:
 
 
 def events(kept: Iterable[tuple[Count, Arrived]], least: Severity, now_s: float) -> str:
-    """The newest events of this severity or more, newest first, each with cause and remedy."""
+    """The newest events of this severity or more, newest first, each with cause and remedy; bursts are one."""
     severities = tuple(Severity)
-    rows = []
-    for _, each in reversed(list(kept)):
-        event = each.message
-        if isinstance(event, Event) and severities.index(event.severity) >= severities.index(least):
-            remedy = f"<br><i>{escape(event.remedy)}</i>" if event.remedy else ""
-            what = f"<b>{escape(event.source)}</b> <code>{escape(event.code)}</code><br>{escape(event.text)}{remedy}"
-            rows.append(
-                [
-                    f"{duration(now_s - each.at)} ago",
-                    _coloured(event.severity.value, _SEVERITIES[event.severity]),
-                    what,
-                ]
-            )
-    shown = list(islice(rows, MOST_LINES))
-    return f"<div style='{_BOX}'>{table(['', '', ''], shown) if shown else 'nothing since this page was started'}</div>"
+    chosen = [
+        (each.message, each.at)
+        for _, each in reversed(list(kept))
+        if isinstance(each.message, Event) and severities.index(each.message.severity) >= severities.index(least)
+    ]
+    rows = [_event(burst, now_s) for burst in islice(bursts(chosen), MOST_LINES)]
+    return f"<div style='{_BOX}'>{table(['', ''], rows) if rows else 'nothing since this page was started'}</div>"
+
+
+def _event(burst: Burst, now_s: float) -> list[str]:
+    event = burst.newest
+    remedy = f"<br><i>{escape(event.remedy)}</i>" if event.remedy else ""
+    told = (
+        f"<b>{escape(event.source)}</b> <code>{escape(event.code)}</code>{burst.lasted}<br>{escape(event.text)}{remedy}"
+    )
+    when = f"<span style='white-space:nowrap'>{duration(now_s - burst.at)} ago</span>"
+    return [f"{when}<br>{_coloured(event.severity.value, _SEVERITIES[event.severity])}", told]
 
 
 def table(heading: list[str], rows: Iterable[list[str]]) -> str:

@@ -1,16 +1,20 @@
 """What is told alike on the page and in a terminal: plain words and numbers, in rows."""
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from cell.messages import AxisStatus, DriveFeedback, GatewayState, NodeStatus
+from cell.messages import AxisStatus, DriveFeedback, Event, GatewayState, NodeStatus
 from cell.view.newest import Newest
 from cell.view.now import Tone
 
 SIMULATED_BUSES = frozenset({"virtual", "udp_multicast"})
 """Of python-can: no machine is on them."""
+BURST_S = 10.0
+"""Alike events that follow each other so soon are one line."""
+_NUMBER = re.compile(r"\d+")
 AXIS_HEADING = ("axis", "drive", "position", "speed", "behind", "worst", "torque")
 
 
@@ -96,3 +100,33 @@ def duration(seconds: float) -> str:
     if seconds < 100.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.0f} h"
+
+
+@dataclass(slots=True)
+class Burst:
+    """An event that came again and again, in words that differ by their numbers alone."""
+
+    newest: Event
+    at: float
+    oldest_at: float
+    count: int = 1
+
+    @property
+    def lasted(self) -> str:
+        """How often in which time; empty for one that came once."""
+        return f" ({self.count} times in {duration(self.at - self.oldest_at)})" if self.count > 1 else ""
+
+
+def bursts(newest_first: Iterable[tuple[Event, float]]) -> list[Burst]:
+    """Each at the place of its newest event."""
+    found: dict[tuple[str, ...], Burst] = {}
+    every: list[Burst] = []
+    for event, at in newest_first:
+        key = event.source, event.code, event.severity.value, _NUMBER.sub("", event.text)
+        burst = found.get(key)
+        if burst is not None and burst.oldest_at - at <= BURST_S:
+            burst.oldest_at, burst.count = at, burst.count + 1
+        else:
+            found[key] = Burst(event, at, at)
+            every.append(found[key])
+    return every

@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 import viser
 
-from cell.config.settings import BoxShape, CellSettings
+from cell.config.settings import BoxShape, CellSettings, SpaceKind
 from cell.geometry import quaternion
 from cell.geometry.arrays import Array
 from cell.messages import FramePose, RobotState, ZoneState
@@ -19,6 +19,7 @@ from cell.view.bodies import (
     Zone,
     robot_body,
     smallest_gap,
+    spaces,
     things,
     triangles,
     zones,
@@ -43,6 +44,11 @@ ZONE_COLOURS: dict[ZoneState, Colour] = {
     ZoneState.GRANTED: (59, 130, 246),
     ZoneState.OCCUPIED: (234, 160, 20),
     ZoneState.ORPHANED: ALARM,
+}
+SPACE_COLOURS: dict[SpaceKind, Colour] = {
+    SpaceKind.SAFE: (34, 160, 90),
+    SpaceKind.FORBIDDEN: ALARM,
+    SpaceKind.SLOW: (234, 160, 20),
 }
 _THING: Colour = (148, 150, 155)
 _GAP: Colour = (190, 24, 93)
@@ -147,6 +153,10 @@ class Stage:
         self._gap: Any = None
         self._scene.configure_default_lights(cast_shadow=False)
         self._scene.add_grid("/floor", 12.0, 12.0, cell_size=0.5, section_size=1.0)
+        for space, kind in spaces(settings):
+            self._add_solid(f"/spaces/{space.name}", space, SPACE_COLOURS[kind], 0.06)
+            label = f"{kind.value} for {space.name.replace('/', ': ')}"
+            self._scene.add_label(f"/spaces/{space.name}/label", label, position=tuple(space.pose[:3, 3]))
         self._look_at_all(server)
 
     def _robot(self, name: str, colour: Colour) -> _Drawn:
@@ -158,7 +168,7 @@ class Stage:
             colour,
             cloud(self._scene, f"{at}/body", colour, None),
             cloud(self._scene, f"{at}/at_rest", colour, 0.3),
-            cloud(self._scene, f"{at}/reserved", colour, 0.05),
+            cloud(self._scene, f"{at}/reserved", colour, 0.08),
             label,
             base=base,
         )

@@ -63,7 +63,7 @@ _TABLE: dict[int, tuple[str, str]] = {
     0x8140: ("the node recovered from bus-off", "check wiring and terminating resistors"),
     0x8210: ("PDO not processed: wrong length", "restart the gateway so that the mapping is written again"),
     0x8480: ("speed over its limit", "check speed limits and following behaviour"),
-    0x8611: ("following error over its window", "look for a collision or a blocked axis, then reset the drives"),
+    0x8611: ("following error over its window", "look for a collision or a blocked axis"),
     0x8612: ("position limit reached", "move the axis back by hand or in set-up"),
     0x8700: ("SYNC missing or late", "check that the gateway ran without a pause, and the wiring"),
 }

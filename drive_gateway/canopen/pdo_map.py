@@ -17,20 +17,21 @@ from types import MappingProxyType
 from drive_gateway.canopen.axis_objects import PDO_SPAN, first_axis_index, index_of
 from drive_gateway.canopen.bus_load import frame_bits
 from drive_gateway.canopen.cob_id import RPDO1, TPDO1
+from drive_gateway.canopen.drive_objects import (
+    CONTROLWORD,
+    DIGITAL_INPUTS,
+    DIGITAL_OUTPUTS,
+    INTERPOLATION_DATA,
+    POSITION_ACTUAL,
+    STATUSWORD,
+    TARGET_POSITION,
+    TARGET_TORQUE,
+    TORQUE_ACTUAL,
+    TORQUE_OFFSET,
+    VELOCITY_OFFSET,
+)
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import SdoWrite
-
-CONTROLWORD = 0x6040
-STATUSWORD = 0x6041
-TARGET_POSITION = 0x607A
-POSITION_ACTUAL = 0x6064
-VELOCITY_OFFSET = 0x60B1
-TORQUE_OFFSET = 0x60B2
-TARGET_TORQUE = 0x6071
-TORQUE_ACTUAL = 0x6077
-INTERPOLATION_DATA = 0x60C1
-DIGITAL_INPUTS = 0x60FD
-DIGITAL_OUTPUTS = 0x60FE
 
 EVERY_SYNC = 1
 """Transmission type: cyclic synchronous, each SYNC."""

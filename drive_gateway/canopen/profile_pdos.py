@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from struct import Struct
 
 from drive_gateway.canopen.axis_objects import first_axis_index
+from drive_gateway.canopen.drive_objects import CONTROLWORD, END_VELOCITY, TARGET_POSITION, TARGET_VELOCITY
 from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.pdo_map import CONTROLWORD, ON_EVENT, TARGET_POSITION, Pdo, entries_of
+from drive_gateway.canopen.pdo_map import ON_EVENT, Pdo, entries_of
 
-TARGET_VELOCITY = 0x60FF
-END_VELOCITY = 0x6082
 COMMANDS = {CONTROLWORD: (16, "H"), TARGET_POSITION: (32, "i"), END_VELOCITY: (32, "I"), TARGET_VELOCITY: (32, "i")}
 """What RPDOs may carry: bits and format of each object (sub-index 0)."""
 NEEDED = (CONTROLWORD, TARGET_POSITION, TARGET_VELOCITY)

@@ -7,12 +7,25 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from drive_gateway.canopen.axis_objects import index_of
-from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
+from drive_gateway.canopen.drive_objects import (
+    ABORT_CONNECTION_OPTION,
+    DIGITAL_OUTPUTS,
+    FOLLOWING_TIME,
+    FOLLOWING_WINDOW,
+    INTERPOLATION_PERIOD,
+    INTERPOLATION_SUB_MODE,
+    MODE,
+    MODE_DISPLAY,
+    MOTOR_SPEED,
+    POSITION_LIMITS,
+    POSITION_RANGE,
+    QUICK_STOP_DECELERATION,
+    QUICK_STOP_OPTION,
+)
 from drive_gateway.canopen.sdo import SdoWrite
 from drive_gateway.config.settings import INT32_MIN, MOTOR_SPEED_RESERVE, AxisSettings, GatewaySettings
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION = 7, 8
-MODE, MODE_DISPLAY, MOTOR_SPEED = 0x6060, 0x6061, 0x6080
 HEARTBEAT_CONSUMER, HEARTBEAT_PRODUCER, LIFE_TIME_FACTOR = 0x1016, 0x1017, 0x100D
 
 
@@ -61,17 +74,19 @@ def preparations(axis: AxisSettings, settings: GatewaySettings) -> list[Preparat
         ValueError: the cycle cannot be expressed as an interpolation period (60C2h).
     """
     counts = abs(axis.counts_per_unit)
+    braking = max(1, axis.units.ramp(axis.quick_stop * counts))
     period, exponent = interpolation_period(settings.cycle_s)
+    sub_mode = [same("interpolation sub mode", INTERPOLATION_SUB_MODE, 0, axis.interpolation, 2)]
     values = [
-        same("interpolation period", 0x60C2, 1, period, 1),
-        same("interpolation period, power of ten", 0x60C2, 2, exponent, 1),
-        *([same("interpolation sub mode", 0x60C0, 0, axis.interpolation, 2)] if axis.interpolated else []),
+        same("interpolation period", INTERPOLATION_PERIOD, 1, period, 1),
+        same("interpolation period, power of ten", INTERPOLATION_PERIOD, 2, exponent, 1),
+        *(sub_mode if axis.interpolated else []),
         *play(axis),
-        same("quick-stop deceleration", 0x6085, 0, max(1, axis.units.ramp(axis.quick_stop * counts)), 4),
-        same("quick-stop option", 0x605A, 0, axis.quick_stop_option, 2),
-        same("reaction to a lost connection", 0x6007, 0, axis.connection_lost, 2),
-        same("following-error window", 0x6065, 0, round(axis.following_window * counts), 4),
-        same("following-error time", 0x6066, 0, _milliseconds(axis.following_time_s), 2),
+        same("quick-stop deceleration", QUICK_STOP_DECELERATION, 0, braking, 4),
+        same("quick-stop option", QUICK_STOP_OPTION, 0, axis.quick_stop_option, 2),
+        same("reaction to a lost connection", ABORT_CONNECTION_OPTION, 0, axis.connection_lost, 2),
+        same("following-error window", FOLLOWING_WINDOW, 0, round(axis.following_window * counts), 4),
+        same("following-error time", FOLLOWING_TIME, 0, _milliseconds(axis.following_time_s), 2),
         *_limits(axis),
         *_range(axis),
     ]
@@ -110,8 +125,8 @@ def _range(axis: AxisSettings) -> list[Preparation]:
     if not axis.modulus:
         return []
     return [
-        same("lowest count of a turn", 0x607B, 1, 0, 4),
-        same("highest count of a turn", 0x607B, 2, axis.modulus - 1, 4),
+        same("lowest count of a turn", POSITION_RANGE, 1, 0, 4),
+        same("highest count of a turn", POSITION_RANGE, 2, axis.modulus - 1, 4),
     ]
 
 
@@ -124,9 +139,9 @@ def _limits(axis: AxisSettings) -> list[Preparation]:
         return []
     low, high = sorted(round((limit - axis.offset) * axis.counts_per_unit) for limit in axis.limits)
     return [
-        same("lowest position of all", 0x607D, 1, INT32_MIN, 4),
-        same("highest position", 0x607D, 2, high, 4),
-        same("lowest position", 0x607D, 1, low, 4),
+        same("lowest position of all", POSITION_LIMITS, 1, INT32_MIN, 4),
+        same("highest position", POSITION_LIMITS, 2, high, 4),
+        same("lowest position", POSITION_LIMITS, 1, low, 4),
     ]
 
 

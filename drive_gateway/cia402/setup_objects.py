@@ -4,10 +4,21 @@ or gives a torque."""
 from dataclasses import dataclass
 from math import inf
 
-from drive_gateway.canopen.pdo_map import TARGET_POSITION
-from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
+from drive_gateway.canopen.drive_objects import (
+    HOME_OFFSET,
+    HOMING_ACCELERATION,
+    HOMING_METHOD,
+    HOMING_SPEEDS,
+    MOTOR_SPEED,
+    POSITION_WINDOW,
+    POSITION_WINDOW_TIME,
+    PROFILE_ACCELERATION,
+    PROFILE_DECELERATION,
+    PROFILE_SPEED,
+    TARGET_POSITION,
+    TARGET_VELOCITY,
+)
 from drive_gateway.canopen.sdo import SdoWrite
-from drive_gateway.cia402.preparation import MOTOR_SPEED
 from drive_gateway.cia402.profile import Trapezoid
 from drive_gateway.config.settings import SETUP_SHARE, AxisSettings, HomingSettings, TorqueSettings
 
@@ -20,7 +31,7 @@ HALT = 1 << 8
 REACHED, ACKNOWLEDGED, ATTAINED, STANDING, FAILED = 1 << 10, 1 << 12, 1 << 12, 1 << 12, 1 << 13
 """Statusword; bits 12 and 13 mean what the mode says."""
 
-POSITION_WINDOW = 1e-4
+WINDOW = 1e-4
 """[rad or m] a profile position has arrived when the axis stays this near to its target (6067h), ..."""
 LEAST_WINDOW_COUNTS = 3.0
 COARSEST = 0.02
@@ -101,11 +112,11 @@ def homing_order(axis: AxisSettings, homing: HomingSettings) -> SetupOrder:
     fast, slow = (max(1, units.speed(speed * counts)) for speed in (homing.fast, homing.slow))
     home = round((homing.position - axis.offset) * axis.counts_per_unit)
     writes = (
-        SdoWrite(0x6098, 0, homing.method.to_bytes(1, "little", signed=True)),
-        _u32(0x6099, 1, fast),
-        _u32(0x6099, 2, slow),
-        _u32(0x609A, 0, units.ramp(homing.acceleration * counts)),
-        SdoWrite(0x607C, 0, home.to_bytes(4, "little", signed=True)),
+        SdoWrite(HOMING_METHOD, 0, homing.method.to_bytes(1, "little", signed=True)),
+        _u32(HOMING_SPEEDS, 1, fast),
+        _u32(HOMING_SPEEDS, 2, slow),
+        _u32(HOMING_ACCELERATION, 0, units.ramp(homing.acceleration * counts)),
+        SdoWrite(HOME_OFFSET, 0, home.to_bytes(4, "little", signed=True)),
     )
     return SetupOrder(
         HOMING,
@@ -126,9 +137,9 @@ def position_order(axis: AxisSettings, target: int, motion: Trapezoid, accelerat
     place = (SdoWrite(TARGET_POSITION, 0, counted),) if axis.interpolated else ()
     writes = (
         *place,
-        _u32(0x6067, 0, position_window(axis)),
-        SdoWrite(0x6068, 0, POSITION_TIME_MS.to_bytes(2, "little")),
-        _u32(0x6081, 0, speed),
+        _u32(POSITION_WINDOW, 0, position_window(axis)),
+        SdoWrite(POSITION_WINDOW_TIME, 0, POSITION_TIME_MS.to_bytes(2, "little")),
+        _u32(PROFILE_SPEED, 0, speed),
     )
     return SetupOrder(
         PROFILE_POSITION,
@@ -143,7 +154,7 @@ def position_order(axis: AxisSettings, target: int, motion: Trapezoid, accelerat
 
 def position_window(axis: AxisSettings) -> float:
     """[counts] within which a profile position has arrived."""
-    return max(LEAST_WINDOW_COUNTS, POSITION_WINDOW * abs(axis.counts_per_unit))
+    return max(LEAST_WINDOW_COUNTS, WINDOW * abs(axis.counts_per_unit))
 
 
 def velocity_order(axis: AxisSettings, motion: Trapezoid, acceleration: float) -> SetupOrder:
@@ -185,7 +196,7 @@ def press_order(torque: TorqueSettings, speed: float, press: Press) -> SetupOrde
 def _ramps(axis: AxisSettings, acceleration: float) -> tuple[SdoWrite, SdoWrite]:
     """Of `acceleration` [rad/s^2 or m/s^2] up and down."""
     ramp = axis.units.ramp(acceleration * abs(axis.counts_per_unit))
-    return _u32(0x6083, 0, ramp), _u32(0x6084, 0, ramp)
+    return _u32(PROFILE_ACCELERATION, 0, ramp), _u32(PROFILE_DECELERATION, 0, ramp)
 
 
 def _u32(index: int, sub: int, value: float) -> SdoWrite:

@@ -32,7 +32,6 @@ _NUMERATORS = {0xB5: ("counts", 1.0), 0xB4: ("turns", 1.0), 0x41: ("turns", 1.0 
                0x10: ("turns", 0.5 / math.pi), 0x01: ("metres", 1.0)}  # fmt: skip
 _PER_SECOND, _PER_MINUTE, _PER_SECOND_SQUARED = 0x03, 0x47, 0x57
 _RPM = 0xC0
-SI_VELOCITY, SI_ACCELERATION = 0x60A9, 0x60AA
 
 
 @dataclass(frozen=True, slots=True)

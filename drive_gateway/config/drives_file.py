@@ -10,7 +10,7 @@ from cell.config.fields import Name
 from cell.config.units import STRICT, Seconds, Units
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.cob_id import MASTER_NODE_ID
-from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
+from drive_gateway.canopen.drive_objects import DIGITAL_OUTPUTS
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.bus_length import BusLengths
 from drive_gateway.config.emergency_entry import EmergencyTables, codes_of

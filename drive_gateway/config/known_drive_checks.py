@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from cell.config.document import Document
 from cell.config.problem import Problem, Severity
+from drive_gateway.canopen.drive_objects import HOME_OFFSET, VELOCITY_OFFSET
 from drive_gateway.canopen.eds_file import EdsError
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.known_drive import UNITS, known_drive
@@ -42,6 +43,6 @@ def check_known_drives(document: Document, axes: Sequence[NamedAxis]) -> Iterato
 def _used(axis: AxisEntry) -> Iterator[tuple[int, str]]:
     """Objects without which a key of the axis cannot be fulfilled."""
     if axis.homing is not None:
-        yield 0x607C, "homing"
+        yield HOME_OFFSET, "homing"
     if axis.feed_forward != "none":
-        yield 0x60B1, "feed_forward"
+        yield VELOCITY_OFFSET, "feed_forward"

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
 from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.canopen.drive_objects import DIGITAL_OUTPUTS
 from drive_gateway.canopen.eds import Eds
 from drive_gateway.canopen.eds_file import EdsError
-from drive_gateway.canopen.pdo_map import DIGITAL_OUTPUTS
 from drive_gateway.config.axis_entry import AxisEntry
 from drive_gateway.config.drives_file import DrivesFile
 from drive_gateway.config.object_address import address_of

@@ -9,7 +9,8 @@ from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
 from cell.config.units import STRICT
 from drive_gateway.canopen.axis_objects import first_axis_index
-from drive_gateway.canopen.pdo_map import POSITION_ACTUAL, STATUSWORD, TORQUE_ACTUAL, OwnPdo, Pdo, ProcessImage
+from drive_gateway.canopen.drive_objects import POSITION_ACTUAL, STATUSWORD, TORQUE_ACTUAL
+from drive_gateway.canopen.pdo_map import OwnPdo, Pdo, ProcessImage
 from drive_gateway.canopen.profile_pdos import MOST_BITS, bits_of
 from drive_gateway.config.profile_entry import Mapping
 

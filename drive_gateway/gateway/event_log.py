@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
+from math import inf
 
 from cell.core import Effect, Publish
 from cell.messages.event import Event, Severity
@@ -18,6 +19,7 @@ Data = dict[str, str | int | float | None]
 class _Repeated:
     until: float
     newest: Event
+    many: float = inf
     times: int = 0
 
 
@@ -44,6 +46,10 @@ class EventLog:
         """A warning that may come in each cycle; `about` tells apart what has the same code."""
         self._say_repeated(self._event(Severity.WARNING, code, text, remedy, {}), about, now)
 
+    def warn_of_many(self, code: str, text: str, remedy: str, about: Hashable, now: float, many: int) -> None:
+        """What is harmless when it is rare; `many` of it within `TELL_S` are a warning."""
+        self._say_repeated(self._event(Severity.INFO, code, text, remedy, {}), about, now, many)
+
     def alarm(self, trouble: Trouble, robot: str, now: float, anew: bool = True) -> None:
         """A trouble of a robot's drives; `anew`: the robot had none, so this one is told in any case."""
         data: Data = {"robot": robot}
@@ -65,13 +71,13 @@ class EventLog:
         effects, self._waiting = self._waiting, []
         return effects
 
-    def _say_repeated(self, event: Event, about: Hashable, now: float) -> None:
+    def _say_repeated(self, event: Event, about: Hashable, now: float, many: float = inf) -> None:
         key: Hashable = (event.code, about)
         if key not in self._repeated and len(self._repeated) >= MOST_KINDS:
             key = event.code
         before = self._repeated.get(key)
         if before is None:
-            self._repeated[key] = _Repeated(now + TELL_S, event)
+            self._repeated[key] = _Repeated(now + TELL_S, event, many)
             self._say(event)
         else:
             before.newest = event
@@ -83,8 +89,9 @@ class EventLog:
                 del self._repeated[key]
                 continue
             text = f"{repeated.newest.text} ({repeated.times} times more in {TELL_S:g} s)"
-            self._say(replace(repeated.newest, text=text))
-            self._repeated[key] = _Repeated(now + TELL_S, repeated.newest)
+            severity = Severity.WARNING if repeated.times >= repeated.many else repeated.newest.severity
+            self._say(replace(repeated.newest, text=text, severity=severity))
+            self._repeated[key] = _Repeated(now + TELL_S, repeated.newest, repeated.many)
 
     def _event(self, severity: Severity, code: str, text: str, remedy: str, data: Data) -> Event:
         return Event(self._source, 0, severity, code, text, remedy, data, self._boot)

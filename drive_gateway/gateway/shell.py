@@ -222,7 +222,8 @@ class GatewayShell:
                     self._core.receive(block, self._now())
             case Publish(message):
                 if isinstance(message, CellEvent):
-                    _LOG.log(_LEVEL[message.severity], "%s (%s) %s", message.text, message.code, message.remedy)
+                    words = message.text, message.code, message.remedy
+                    _LOG.log(_LEVEL[message.severity], "%s (%s) %s", *words, extra={"event": message})
                 self._session.publish(message)
             case Sdo():
                 self.workers.submit(effect)

@@ -11,7 +11,7 @@ AXIS_ERROR = "axis_error"
 
 SECOND_MASTER = "second_master"
 """Code of frames that only this gateway may send, and somebody else sends."""
-_SENT = (EMERGENCY, AXIS_ERROR, SECOND_MASTER)
+_REPEAT = (EMERGENCY, AXIS_ERROR, SECOND_MASTER, "moves_without_torque")
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,11 +25,13 @@ class Trouble:
     emergency_code: int | None = None
     stops: bool = True
     """Else it is told and nothing more."""
+    again: bool = False
+    """An error that was told before and is not gone: another is, and the node tells what is left (CiA 301, 7.2.7)."""
 
     @property
     def repeats(self) -> bool:
-        """Somebody sends it, as often as he likes."""
-        return self.code in _SENT
+        """It may come in each cycle."""
+        return self.code in _REPEAT
 
     def instead_of(self, first: "Trouble | None") -> "Trouble":
         """Which is the cause to be shown: the first, but for one that says which axis of a node the first was about."""

@@ -103,10 +103,12 @@ class AgentCore:
         self._boot = boot
         self._planner_for = planner_for
         self._planner: Planner | None = None
+        self._told: tuple[object, ...] | None = None
+        """By the gateway, for the planner: cycle, quick stops, and whether it asks for torques."""
         self._grown_into: frozenset[str] = frozenset()
         """Zones that the tool or the part is in which the program is about to take."""
         self._torques: AxisTorques | None = None
-        """None where the robot's file says too little."""
+        """None where the gateway does not ask for them, or the robot's file says too little."""
         self.link = GatewayLink(robot, boot, cell.digest, cell.robots[robot].gateway)
         inputs = {each.name: each.off_while for each in cell.robots[robot].spaces if each.off_while is not None}
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
@@ -177,8 +179,10 @@ class AgentCore:
             case ZoneGeometry():
                 self.zones.heard_geometry(message)
             case FramePose():
-                if self._frames.heard(message) and self._planner is not None:
-                    self._planner.place(self._frames.present)
+                if self._frames.heard(message):
+                    self.run.trail.outdate()
+                    if self._planner is not None:
+                        self._planner.place(self._frames.present)
             case GatewayState():
                 self.zones.signals.heard_gateway(message)
             case Estop():
@@ -231,15 +235,16 @@ class AgentCore:
             self._owner = self.link.grant.owner
             self.space.claimed(self._owner, self.link.grant.epoch)
             self.run.outputs.claimed(self.link.grant.outputs)
-        planner, told = self._planner, (self.link.grant.cycle_s, self.link.grant.quick_stop)
-        if planner is None or told != (planner.cycle_s, planner.quick_stop):
-            planner = self._planner_for(*told)
+        planner, grant = self._planner, self.link.grant
+        if planner is None or (grant.cycle_s, grant.quick_stop, grant.torques) != self._told:
+            self._told = grant.cycle_s, grant.quick_stop, grant.torques
+            planner = self._planner_for(grant.cycle_s, grant.quick_stop)
             self.parameters.declare(planner.limits)
             self.mounted.declare(planner.model.description, changes_tools=self.run.changes_tools)
             planner = self._plan_with(planner.mounting(self.mounted.present))
             self.clock.ticks_last(planner.cycle_s)
             self.corrections.place(planner.pose_world_base)
-        grant, axes = self.link.grant, feedback
+        axes = feedback
         feedback = feedback_in_joints(planner.model.coupling, feedback)
         self.waits.look(feedback, planner.cycle_s, now)
         self.variables.look(now)
@@ -327,7 +332,7 @@ class AgentCore:
             except OpenMechanism as error:
                 self._stop(ModeEvent.FAULT, f"the axes cannot be where the drives say: {error}")
                 return
-            self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
+            self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._torques)
         switched_off = self.link.switching_off or self.operator.switched_off
         if self.mode in (Mode.DISABLED, Mode.ENABLING) or (self.mode is Mode.READY and not switched_off):
             event = self.interruption.leave_there(feedback, planner)
@@ -390,7 +395,7 @@ class AgentCore:
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
             self.mode = self._progress.ended(self.mode, feedback, planner, self._leaving, now)
-            block = executive.next_block(feedback, age_s, self._doing(self.mode).wishes(executive.supply, now))
+            block = executive.next_block(feedback, age_s, self._doing(self.mode).wishes(executive, now))
         passed = executive.passed(feedback, block)
         used = self.space.used(passed)
         if block is not None and not self._may_send(executive, passed, used, feedback, now):
@@ -424,7 +429,7 @@ class AgentCore:
         motions: tuple[Planned, ...] = ()
         if self.run.running and not self.run.correction and not self.pace.backwards:
             lookahead.looks_further = self.space.look_further
-            motions = lookahead.motions(executive.timeline.newest.path)
+            motions = self.run.motions(executive.timeline.newest.path)
         self.space.outlook.look(owner, motions, more=lookahead.goes_on)
         news = self.space.outlook.news(now)
         return [] if news is None else [Publish(news)]
@@ -452,13 +457,15 @@ class AgentCore:
         """From here on plans, bodies and torques are those of the robot with what it carries in this planner."""
         planner.place(self._frames.present)
         self._planner = planner
-        self._torques = axis_torques(planner.model, planner.pose_world_base)
+        grant = self.link.grant
+        asked = grant is not None and grant.torques
+        self._torques = axis_torques(planner.model, planner.pose_world_base) if asked else None
         return planner
 
     def _standing(self, executive: Executive, planner: Planner, feedback: DriveFeedback) -> Executive:
         """What supplies the robot, which rests, with the planner of what it carries from here on."""
         standing = planner.standstill(executive.timeline.newest.segment.q[-1], self.zones.geometry or ())
-        return Executive(planner, standing, feedback, self._cell.times, self._numbers, self._asked)
+        return Executive(planner, standing, feedback, self._cell.times, self._numbers, self._torques)
 
     def _take_word(self, feedback: DriveFeedback, planner: Planner) -> Planner:
         """Carry what an operator has just said."""
@@ -555,12 +562,6 @@ class AgentCore:
 
     # Messages
 
-    @property
-    def _asked(self) -> AxisTorques | None:
-        """The torques, where the gateway asks for them."""
-        grant = self.link.grant
-        return self._torques if grant is not None and grant.torques else None
-
     def _sign_of_life(self, feedback: DriveFeedback, planner: Planner) -> Publish:
         """A block that holds: without enabled drives the gateway plays none, but hears that its owner lives.
 
@@ -568,7 +569,7 @@ class AgentCore:
         """
         joints = np.repeat(feedback.commanded[None, :], _SIGN_SAMPLES, axis=0)
         position, velocity = samples_in_axes(planner.model.coupling, joints, np.zeros_like(joints))
-        torques = self._asked
+        torques = self._torques
         torque = torques.standing(joints) if torques is not None and feedback.referenced else None
         return Publish(
             SetpointBlock(
@@ -596,8 +597,9 @@ class AgentCore:
         self.operator.sent_state(state.sequence, now)
         frames = {frame.frame: frame.version for frame in self._frames.present}
         program, clock = self.waits.told(state.program), self.clock.status(now)
-        mounted = self.mounted
-        state = replace(state, program=program, frames=frames, tool=mounted.tool, part=mounted.part, clock=clock)
         virtual = None if self._virtual is None else self._virtual.status
-        state = replace(state, forced=dict(self.forced.on), virtual=virtual, parameters=self.parameters.status(now))
+        state = replace(
+            state, program=program, frames=frames, tool=self.mounted.tool, part=self.mounted.part, clock=clock,
+            forced=dict(self.forced.on), virtual=virtual, parameters=self.parameters.status(now),
+        )  # fmt: skip
         return Publish(state)

@@ -8,14 +8,21 @@ the same on either side. Not in it: friction, springs that bear weight, the bars
 what a spinning rotor does to the link that carries it.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from cell.geometry import transform_points
 from cell.geometry.arrays import Array
-from robot_agent.dynamics.rigid_body import GRAVITY_M_S2, RigidBody
 from robot_agent.kinematics.model import Model
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.model.description import LinkMass, RobotDescription
+
+if TYPE_CHECKING:
+    from robot_agent.dynamics.rigid_body import RigidBody
+
+GRAVITY_M_S2 = 9.80665
+"""Standard acceleration of free fall."""
 
 
 class AxisTorques:
@@ -74,11 +81,13 @@ def axis_torques(model: Model, pose_world_base: Array) -> AxisTorques | None:
     return None
 
 
-def _body(model: Model, gravity: Array) -> tuple[RigidBody, Array] | None:
+def _body(model: Model, gravity: Array) -> "tuple[RigidBody, Array] | None":
     """The chain with its masses, and from joints to its coordinates `(s, n)`; None without masses."""
     masses = _masses(model)
     if not masses or not isinstance(model, SerialModel):
         return None
+    from robot_agent.dynamics.rigid_body import RigidBody  # Pinocchio takes 0.4 s, which only these robots wait for
+
     return RigidBody(model.chain, masses, model.link_frames, gravity), model.mixing
 
 

@@ -9,8 +9,6 @@ from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.model.description import LinkMass
 
-GRAVITY_M_S2 = 9.80665
-"""Standard acceleration of free fall."""
 _TURNS = (pin.JointModelRX, pin.JointModelRY, pin.JointModelRZ)
 _SLIDES = (pin.JointModelPX, pin.JointModelPY, pin.JointModelPZ)
 

@@ -19,10 +19,12 @@ def mistakes_of_flow(statements: Sequence[Statement], file_ends: Collection[int]
     edges = [[to for to in each.leads_to(place) if to < count] for place, each in enumerate(statements)]
     reached = _reached(edges, [0])
     yield from _unreached(statements, reached)
-    idle = [
-        [to for to in edges[place] if statements[to].idle] if each.idle and place in reached else []
-        for place, each in enumerate(statements)
-    ]
+    at_once = _left_at_once(statements)
+    idle: list[list[int]] = []
+    for place, each in enumerate(statements):
+        busy = isinstance(each, Sub) and each.target not in at_once
+        after = [each.target] if isinstance(each, Sub) and busy else edges[place]
+        idle.append([to for to in after if statements[to].idle] if each.idle and place in reached else [])
     for place in _on_circles(idle):
         if min(idle[place], default=count) <= place:
             allowed = "a motion or a WAIT in it, so that time passes"
@@ -34,6 +36,25 @@ def mistakes_of_flow(statements: Sequence[Statement], file_ends: Collection[int]
             yield _problem(each, "a subroutine that comes to its own call again", "END before it calls itself")
         elif isinstance(each, Sub) and not each.file and each.target in ends:
             yield _problem(each, "a subroutine without END: it runs to the end of the file", "END where it is done")
+
+
+def _left_at_once(statements: Sequence[Statement]) -> set[int]:
+    """Places from which an END, or the end of a file, may be reached without any time."""
+    back: list[list[int]] = [[] for _ in range(len(statements) + 1)]
+    for place, each in enumerate(statements):
+        if each.idle:
+            for to in each.leads_to(place):
+                back[to].append(place)
+    left = [len(statements), *(place for place, each in enumerate(statements) if isinstance(each, End))]
+    found = set(left)
+    while left:
+        for place in back[left.pop()]:
+            each = statements[place]
+            comes_back = not isinstance(each, Sub) or (each.target in found and place + 1 in found)
+            if place not in found and comes_back:
+                found.add(place)
+                left.append(place)
+    return found
 
 
 def _unreached(statements: Sequence[Statement], reached: Collection[int]) -> Iterator[ProgramProblem]:

@@ -106,7 +106,7 @@ def settled(
         return position_m, orientation_abc, replace(aim, frame=active if aim.frame is None else aim.frame)
     point = points.get(aim.point)
     if point is None:
-        none = f"it has none: cell teach ROBOT {aim.point}"
+        none = f"none: cell teach ROBOT {aim.point}"
         raise NoTarget(f"no point {aim.point} in the points file any more, but {near(aim.point, points, none)}")
     if isinstance(point, JointPoint):
         if aim.frame is not None or aim.branch:

@@ -3,6 +3,9 @@
 import math
 from dataclasses import dataclass
 
+SLOWEST = 1e-7
+"""[m/s, rad/s] of a cap: a motion that creeps more takes months, and its numbers have no digits left."""
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Caps:
@@ -23,8 +26,8 @@ class Caps:
         """Raise ValueError for values that make no sense."""
         caps = ("speed", speed_m_s), ("rotation", self.rotation_rad_s), ("joint speed", self.joint_speed_rad_s)
         for name, value in caps:
-            if value is not None and not value > 0.0:
-                raise ValueError(f"{kind} move, line {line}: {name} {value} found, allowed above 0")
+            if value is not None and not value >= SLOWEST:
+                raise ValueError(f"{kind} move, line {line}: {name} {value} found, allowed from {SLOWEST}")
         if self.round_m is not None and not (self.round_m >= 0.0 and math.isfinite(self.round_m)):
             raise ValueError(f"{kind} move, line {line}: round edge {self.round_m} m found, allowed from 0")
 

@@ -101,13 +101,15 @@ class _Smoothing:
     ) -> None:
         tolerance = blocks[0][1].tolerance
         assert tolerance is not None
-        self._blocks, self._start, self._blend_m, self._tolerance = blocks, start, blend_m, tolerance
+        self._blocks, self._blend_m, self._tolerance = blocks, blend_m, tolerance
         moves = [*(block for _, block in blocks), *beyond]
         self._line = _without_specks(_vertices(moves, aimed, tolerance), tolerance)
         self._entry = entry if entry is not None and self._goes_on(entry) else None
         self._last = int(self._line.ends[len(blocks) - 1])
         """The vertex at which the blocks end."""
         self._made: list[PosePath] = []
+        self._ended: dict[int, Numbers] = {0: start}
+        """The pose in which the path passes a vertex, where it is not quite that: near vertices are one."""
 
     def paths(self) -> list[PosePath]:
         line = self._line
@@ -158,8 +160,8 @@ class _Smoothing:
         return int(self._line.ends[number - 1]) if number else 0, int(self._line.ends[number])
 
     def _pose(self, vertex: int) -> Numbers:
-        if vertex == 0:
-            return self._start
+        if vertex in self._ended:
+            return self._ended[vertex]
         pose = np.eye(4)
         pose[:3, :3] = quaternion.to_matrix(self._line.quaternions[vertex])
         pose[:3, 3] = self._line.places[vertex]
@@ -170,7 +172,9 @@ class _Smoothing:
         own = [
             block for block, end in zip(self._blocks, self._line.ends, strict=False) if first < end <= last or not last
         ]
-        self._made += pose_paths(legs(own, self._pose(first)), self._blend_m)
+        made = pose_paths(legs(own, self._pose(first)), self._blend_m)
+        self._ended[last] = made[-1].poses(np.array([made[-1].length_m]))[0] if made else self._pose(first)
+        self._made += made
 
     def _smooth(self, first: int, last: int, entry: Entry | None) -> PosePath:
         """Raises NotFitted."""

@@ -282,13 +282,33 @@ def blocked(kept: KeptAway, path: Sweep) -> Near | None:
     A robot that begins too near may go where it comes no nearer: that is the way out.
     """
     around = kept.way(path.chords) / 2.0 + kept.bodies * path.bulge[:, None]
-    clear = kept.clearance(path.points, path.radii, float(around.max(initial=0.0)) + _APART_M)
-    first, later = clear[0], clear[1:]
-    short = np.where(first < 0.0, later < first - _ROUNDING_M, later < around)
-    if not short.any():
-        return None
-    sample, column = np.unravel_index(int(np.argmax(short)), short.shape)
-    return Near(float(sample + 1), int(column), -float(later[sample, column]))
+    within = float(around.max(initial=0.0)) + _APART_M
+    first = kept.clearance(path.points[:1], path.radii, within)[0]
+    free = np.flatnonzero(first >= 0.0)
+    found = [_deeper(kept.among(np.array([column])), path, int(column)) for column in np.flatnonzero(first < 0.0)]
+    if len(free):
+        later = kept.among(free).clearance(path.points[1:], path.radii, within)
+        short = later < around[:, free]
+        if short.any():
+            sample, at = np.unravel_index(int(np.argmax(short)), short.shape)
+            found.append(Near(float(sample + 1), int(free[at]), -float(later[sample, at])))
+    return min((each for each in found if each), key=lambda near: near.tau, default=None)
+
+
+def _deeper(kept: KeptAway, path: Sweep, column: int) -> Near | None:
+    """The first sample that is nearer than the one with which a path begins, which is too near, in its one column.
+
+    How far the body goes is how much nearer it can come: samples that are no nearer by that are passed over.
+    """
+    way = np.concatenate([[0.0], kept.way(path.chords)[:, 0].cumsum()])
+    at, first = 0, -np.inf
+    while at < len(way):
+        clear = float(kept.clearance(path.points[at : at + 1], path.radii, np.inf)[0, 0])
+        if at > 0 and clear < first - _ROUNDING_M:
+            return Near(float(at), column, -clear)
+        first = clear if at == 0 else first
+        at = max(at + 1, int(np.searchsorted(way, way[at] + clear - first, side="right")))
+    return None
 
 
 def first_near(kept: KeptAway, path: Sweep, taus: Array, points_at: Callable[[Array], Array]) -> Near | None:

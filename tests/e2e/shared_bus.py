@@ -5,6 +5,8 @@ from pathlib import Path
 
 from live_cell import LiveCell
 
+from tests.ports import free_port
+
 _IFF_UP = 0x1
 
 
@@ -25,8 +27,8 @@ SHARED_BUSES = ["udp_multicast", *_vcan()]
 def move_left_bus_to(bus: str, live: LiveCell) -> None:
     """Put the left bus of a cell on one of the `SHARED_BUSES`."""
     if bus == "udp_multicast":
-        port = 20000 + int(live.settings.manager_endpoint.rpartition(":")[2]) % 20000
-        entry = f"interface: udp_multicast, channel: 239.74.163.2, options: {{port: {port}, hop_limit: 0}}"
+        options = f"{{port: {free_port()}, hop_limit: 0}}"
+        entry = f"interface: udp_multicast, channel: 239.74.163.2, options: {options}"
     else:
         entry = f"interface: socketcan, channel: {bus}"
     drives = live.file.parent / "left_drives.yaml"

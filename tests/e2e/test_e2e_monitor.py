@@ -39,7 +39,7 @@ class Terminal:
         return self._run("capture-pane", "-p")
 
     def shows(self, *texts: str) -> None:
-        wait_until(lambda: all(text in self.text() for text in texts), DEADLINE_S, f"{texts} in\n{self.text()}")
+        wait_until(lambda: all(text in self.text() for text in texts), DEADLINE_S, lambda: f"{texts} in\n{self.text()}")
 
     def press(self, *keys: str) -> None:
         self._run("send-keys", *keys)

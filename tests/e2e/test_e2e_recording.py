@@ -51,17 +51,17 @@ def running(live: LiveCell) -> Process:
 def test_a_fault_is_recorded_kept_and_replayed(live: LiveCell, running: Process, tmp_path: Path) -> None:
     path, killed = tmp_path / "a.mcap", tmp_path / "killed.mcap"
     recording, victim = recorder(live, path), recorder(live, killed)
-    wait_until(lambda: killed.stat().st_size > 100_000, 10.0, "a recording that grows")
+    wait_until(lambda: killed.stat().st_size > 100_000, 30.0, "a recording that grows")
     with live.client() as session:
         states = session.watch("robot/left/state")
         victim.signal(signal.SIGKILL)
         at = time.time()
-        victim.wait(5.0)
+        victim.wait(20.0)
         live.obeyed("estop", "--reason", "test")
-        last = wait_until(lambda: _in_mode(states.take_new(), Mode.ESTOP), 5.0, "left under the emergency stop")
+        last = wait_until(lambda: _in_mode(states.take_new(), Mode.ESTOP), 20.0, "left under the emergency stop")
         running.wait_for_output("what happened before the alarm is kept", 20.0)
     recording.signal(signal.SIGINT)
-    assert recording.wait(10.0) == 0, recording.output
+    assert recording.wait(40.0) == 0, recording.output  # it writes all that it has heard
     status = replayed(path, live)
     assert status["robot", "left"]["mode"] == status["robot", "right"]["mode"] == "estop"
     assert [stop["reason"] for stop in status["manager", "two_arms"]["estops"]] == ["test"]

@@ -1,6 +1,7 @@
 """The page in a real browser: what is seen, who may steer, and what a hand that is gone does."""
 
 import math
+import os
 import re
 import signal
 from collections.abc import Iterator
@@ -163,6 +164,23 @@ def test_a_frozen_browser_stops_the_robot_which_moves_again_only_after_the_hand_
     comes_to_rest(viewed)
 
 
+def test_a_tab_that_is_hidden_while_a_button_is_held_stops_the_robot_which_stays_there_when_it_is_seen_again(
+    viewed: Viewed,
+) -> None:
+    tab = viewed.in_control()
+    at = press(viewed, tab)
+    front = viewed.browser.tab("about:blank")
+    front.call("Page.bringToFront")
+    wait_until(lambda: tab.js("document.visibilityState") == "hidden", SHOWN_S, "a hidden tab")
+    comes_to_rest(viewed)
+    tab.call("Page.bringToFront")
+    wait_until(lambda: tab.js("document.visibilityState") == "visible", SHOWN_S, "the tab in front again")
+    stays_at_rest(viewed)
+    tab.mouse("mouseReleased", at)
+    tab.mouse("mouseReleased", press(viewed, tab))
+    comes_to_rest(viewed)
+
+
 def test_who_has_no_control_has_no_buttons_until_he_takes_it(viewed: Viewed) -> None:
     first, second = viewed.in_control(), viewed.opened("operate")
     wait_until(lambda: re.search("browser .* has control", second.text()), SHOWN_S, "who has control")
@@ -209,6 +227,32 @@ def _read(viewed: Viewed, address: str) -> str:
     return tab.text()
 
 
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+def test_opened_and_closed_fifty_times_nothing_is_left_behind(viewed: Viewed) -> None:
+    def has(what: str) -> int:
+        return len(os.listdir(f"/proc/{viewed.page.pid}/{what}"))
+
+    def memory_mb() -> float:
+        status = Path(f"/proc/{viewed.page.pid}/status").read_text()
+        return int(status.split("VmRSS:")[1].split()[0]) / 1024.0
+
+    def open_and_close(times: int) -> None:
+        for _ in range(times):
+            tab = viewed.browser.tab(viewed.addresses["operate"])
+            wait_until(lambda tab=tab: tab.middle_of("Take control"), 2.0 * SHOWN_S, "a page with its buttons")
+            viewed.browser.close_tabs()
+
+    open_and_close(10)
+    wait_until(lambda: has("fd") < 40, SHOWN_S, "closed connections")
+    files, threads, memory = has("fd"), has("task"), memory_mb()
+    open_and_close(50)
+    wait_until(lambda: has("fd") <= files, SHOWN_S, f"no open file more: {has('fd')} of {files}")
+    wait_until(lambda: has("task") <= threads + 1, SHOWN_S, f"no thread more: {has('task')} of {threads}")
+    assert memory_mb() - memory < 20.0
+    print(f"files {files} {has('fd')}, threads {threads} {has('task')}, MB {memory:.1f} {memory_mb():.1f}")
+
+
 def test_both_robots_are_seen_to_move_and_the_emergency_stop_stops_both_and_lists_them(viewed: Viewed) -> None:
     tab = viewed.opened("operate")
     viewed.cell.obeyed("run", "left", "right")
@@ -219,7 +263,7 @@ def test_both_robots_are_seen_to_move_and_the_emergency_stop_stops_both_and_list
         seen.update(re.findall(r"(left|right) running\n(.*)", tab.text()))
         return all(len([each for each in seen if each[0] == robot]) > 1 for robot in ("left", "right"))
 
-    wait_until(both_went_on, SHOWN_S, f"both robots going on: {seen}")
+    wait_until(both_went_on, SHOWN_S, lambda: f"both robots going on: {seen} in\n{tab.text()}")
     click(tab, "EMERGENCY STOP")
     for who in ("robot left", "robot right", "gateway left_bus", "gateway right_bus"):
         shows(tab, f"{who} stands")

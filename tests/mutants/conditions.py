@@ -2,6 +2,7 @@
 
 from tests.mutants.mutant import Bench, Edit, Mutant
 
+RUN = "robot_agent/agent/program/program_run.py"
 WAITS = "robot_agent/agent/program/waits.py"
 LANGUAGE = "robot_agent/language/conditions.py"
 
@@ -67,6 +68,60 @@ CONDITIONS = (
             Edit(
                 "robot_agent/agent/program/flag_counts.py",
                 "        self.count(mark for mark in self._ahead if mark not in here)\n",
+                "",
+            ),
+        ),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "goto-jumps-once-more",
+        "a counted GOTO jumps once more than it says",
+        (Edit("robot_agent/language/sequence.py", "        if left > 0:\n", "        if left >= 0:\n"),),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "sub-runs-once-more",
+        "a subroutine runs once more than its SUB says",
+        (
+            Edit(
+                "robot_agent/language/sequence.py",
+                "SubCall(self.target, walk.index, self.count - 1, walk.jumps_left)",
+                "SubCall(self.target, walk.index, self.count, walk.jumps_left)",
+            ),
+        ),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "halt-forgets-outputs",
+        "what is to be switched where the robot stands is lost when its program is halted just then",
+        (
+            Edit(
+                RUN,
+                "            self._held_since = tick\n",
+                "            self._held_since = tick\n            self.outputs._marks.clear()\n",
+            ),
+        ),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "going-back-switches",
+        "outputs in front of the robot are switched when it goes back beyond its present motion",
+        (
+            Edit(
+                RUN,
+                "        if not self.running or self.trail.behind(block.path):\n            return ()\n",
+                "        if not self.running:\n            return ()\n",
+            ),
+        ),
+        bench=Bench.CONDITIONS,
+    ),
+    Mutant(
+        "going-back-comes-to-the-next-step",
+        "where the robot has come back to the end of an earlier motion, the program goes on from there",
+        (
+            Edit(
+                RUN,
+                "        arrived = arrived and not self.trail.behind(executive.timeline.newest.path)\n",
                 "",
             ),
         ),

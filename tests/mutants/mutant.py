@@ -29,6 +29,9 @@ class Bench(Enum):
     CONDITIONS = "tests.sim.condition_checker", 40
     """One agent with programs that ask and count."""
 
+    BODY = "tests.sim.body_checker", 160
+    """One body at a time among things and spaces, against brute force."""
+
     def __init__(self, module: str, runs: int) -> None:
         self.module = module
         self.runs = runs

@@ -273,7 +273,7 @@ RULES = (
         (
             Edit(
                 "drive_gateway/gateway/nodes/node.py",
-                "            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code, stops))",
+                "            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code, stops, again))",
                 "            _ = text",
             ),
             Edit(

@@ -24,7 +24,7 @@ from tests.sim.world import World
 
 _ROOT = Path(__file__).parents[2]
 _SOURCES = ("cell/manager", "robot_agent/agent", "drive_gateway/gateway")
-_TELLERS = ("event", "_tell", "info", "warn", "alarm", "Trouble")
+_TELLERS = ("event", "_tell", "info", "warn", "warn_repeated", "warn_of_many", "alarm", "Trouble")
 
 
 class Coverage:

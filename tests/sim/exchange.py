@@ -51,6 +51,7 @@ class SimSession:
         """The key of its liveliness token, once it is declared."""
         self._exchange = exchange
         self._outcomes = Inbox(self.decoder, now=self._arrival)
+        self._tell_outcome: _Store = self._outcomes.tell
         self._waiting: list[tuple[float, int, _Store, tuple[Any, ...]]] = []
         self._deaf: list[tuple[float, float]] = []
         self._at = 0.0
@@ -81,7 +82,7 @@ class SimSession:
 
     def ask_later(self, ask: Ask) -> None:
         def done(reply: Reply | None, problem: str) -> None:
-            self.receive(self._exchange.clock.now, self._outcomes.tell, AskDone(ask.ask_id, reply, problem))
+            self.receive(self._exchange.clock.now, self._tell_outcome, AskDone(ask.ask_id, reply, problem))
 
         assert isinstance(ask.call, Call)
         self._exchange.ask(self, ask.to, ask.call, ask.timeout_s, done)
@@ -117,7 +118,8 @@ class SimSession:
         while waiting and waiting[0][0] <= now:
             at, _, store, arguments = heapq.heappop(waiting)
             if self._deaf:
-                if self.deaf(at):
+                if store is not self._tell_outcome and self.deaf(at):
+                    # That a call is over its own session tells, with or without a link.
                     continue
                 # Zenoh's threads were frozen too: for them it arrives now.
                 at = max([at, *(end for begin, end in self._deaf if begin <= at < end)])
@@ -220,7 +222,11 @@ class _Asked:
         if server is None or server.deaf(clock.now):
             return
         for delay_s in self._exchange.network.delays(server.process, self._frm.process)[:1]:
-            clock.after(delay_s, self.end, [reply])
+            clock.after(delay_s, self._arrives, reply)
+
+    def _arrives(self, reply: _Reply) -> None:
+        if not self._frm.deaf(self._exchange.clock.now):
+            self.end([reply])
 
     def nobody(self) -> None:
         """The link tells that there is nobody who could answer."""

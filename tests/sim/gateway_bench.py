@@ -162,6 +162,10 @@ class GatewayBench:
         """Give a set-up order and hold it to its end; answers `done` or `stopped`."""
         reply = self.ask(command)
         assert reply.ok, reply.text
+        return self.held()
+
+    def held(self) -> str:
+        """Hold the set-up order that runs to its end; answers `done` or `stopped`."""
         self.holder, self.said = self.robot, ("", "moving")
         self.until(lambda: self.said[1] != "moving", within_s=60.0)
         self.holder = ""

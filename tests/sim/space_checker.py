@@ -7,13 +7,10 @@ again while the old one lives on. In all of that no robot may be where the other
 python -m tests.sim.space_checker --seeds 0:20000
 """
 
-import argparse
-import json
 import random
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -23,6 +20,7 @@ from cell.manager.separation.ledger import Ledger
 from cell.messages import Body, Clearance, Heard, Presence, Refusal, Sections, Way
 from cell.messages.common import Vector
 from robot_agent.agent.space.owned_space import OwnedSpace
+from tests.sim.checker import search
 
 P = TypeVar("P", "Agent", "Manager")
 PLACES = 24
@@ -362,29 +360,11 @@ class Line:
         return [process for process in processes if self.cut.get(id(process), 0) <= self.now]
 
 
-def main() -> int:
-    """The command; what it writes is as `tests.sim.search` has it, with steps for seconds."""
-    parser = argparse.ArgumentParser(description="search runs on a line of places for two robots that meet")
-    parser.add_argument("--seeds", metavar="A:B", required=True, help="from A up to before B")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write what was found there")
-    parser.add_argument("--stop-at-first", action="store_true", help="end at the first run in which they meet")
-    options = parser.parse_args()
-    first, _, last = options.seeds.partition(":")
-    broken: list[dict[str, object]] = []
-    runs = 0
-    for seed in range(int(first), int(last)):
-        runs += 1
-        step = Line(seed, Rules()).run(STEPS)
-        if step is not None:
-            print(f"run {seed}: they meet at step {step}", flush=True)
-            broken.append({"seed": seed, "invariant": "two robots never meet on a line", "at_s": float(step)})
-        if broken and options.stop_at_first:
-            break
-    print(f"{runs} runs, they met in {len(broken)}")
-    if options.json is not None:
-        options.json.write_text(json.dumps({"seeds": runs, "broken": broken}) + "\n")
-    return 1 if broken else 0
+def broken(seed: int) -> tuple[str, float]:
+    """What is wrong in the run of a seed, empty for nothing; and at which step."""
+    step = Line(seed, Rules()).run(STEPS)
+    return ("", 0.0) if step is None else ("two robots never meet on a line", float(step))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(search("search runs on a line of places for two robots that meet", broken))

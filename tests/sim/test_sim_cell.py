@@ -40,6 +40,7 @@ def test_what_must_be_seen_is_found_in_the_sources() -> None:
     assert {"mode jogging", "zone orphaned", "playout starved"} <= must_be_seen()
 
 
+@pytest.mark.soak
 def test_a_plan_that_fails_shrinks_to_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
     from cell.manager.zones import Zone
 

@@ -495,6 +495,7 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
     "modes have causes": nobody_asked,
     "halted where an operator decides": manager_not_heard,
     "the mode is what is the case": halted_and_moving,
+    "a halt ends at rest": halted_and_moving,
     "says why it stands": silent_about_it,
     "nothing new without feedback": drives_not_heard,
     "no drive is left alone": silent_drive,

@@ -24,6 +24,6 @@ def test_a_planted_fault_still_has_its_place(mutant: Mutant) -> None:
 
 @pytest.mark.timeout(600)
 def test_the_planted_fault_of_the_day_is_found() -> None:
-    found = search(TODAY)
+    found = search(TODAY, TODAY.bench)
     print(line(TODAY, found))
     assert found.by, line(TODAY, found)

@@ -139,6 +139,20 @@ def test_no_more_than_a_few_clearances_wait_for_their_confirmation() -> None:
     assert ledger.clear()[0].number == MOST_OPEN + 1
 
 
+def test_clearances_of_a_claim_before_do_not_count_for_a_robot_that_has_to_find_out_first_where_it_is() -> None:
+    ledger = _ledger()
+    for sequence in range(1, MOST_OPEN + 1):
+        ledger.hear(_said("r0", _way(range(2, 5), 1, 1), sequence=sequence))
+        ledger.clear()
+    lost = _said("r0", Way(), owner=2)
+    ledger.hear(replace(lost, body=replace(lost.body, known=False)))
+    assert [3, 4] in [places(each) for each in ledger.reserved("r0")], "it may still be there"
+    ledger.hear(_said("r0", _way(range(2, 5), 1, 1), owner=2, sequence=2))
+    assert [places(each) for each in ledger.reserved("r0")] == [[2]]
+    (clearance,) = ledger.clear()
+    assert (clearance.owner, clearance.cleared) == (2, 2)
+
+
 def test_a_manager_that_hears_of_a_newer_one_clears_nothing_any_more() -> None:
     ledger = _ledger()
     ledger.hear(_said("r0", _way(range(2, 5), 1, 1), epoch=2))

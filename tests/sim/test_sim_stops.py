@@ -19,7 +19,9 @@ from cell.messages.drives import PlayoutState
 from cell.messages.event import Severity
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import GatewaySettings
+from drive_gateway.gateway.event_log import TELL_S
 from drive_gateway.sim.axis.servo import Servo
+from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.drives.shown import Shown
 from tests.sim.gateway_bench import TIMES, GatewayBench, axis, homing, settings
 from tests.sim.long_move import LAYOUTS, moving, places
@@ -53,6 +55,18 @@ def controlwords(world: GatewayBench, since: int) -> list[int]:
 
 def alarms(world: GatewayBench) -> list[Event]:
     return [event for event in world.events if event.code == "does_not_stop"]
+
+
+def faulty(*codes: int) -> tuple[GatewayBench, int]:
+    """J1 has reported these errors in motion, one a cycle; everything stands, and is claimed anew."""
+    world = moving()
+    world.run(0.6)
+    for code in codes:
+        world.bus.nodes[1].raise_emergency(code)
+        world.run(world.settings.cycle_s)
+    world.until(lambda: world.feedback.state is PlayoutState.FAULT)
+    world.run(0.3)
+    return world, world.ask(Claim("left", "b", "d")).claim.owner
 
 
 def runaway(world: GatewayBench, node: int = 1, number: int = 1) -> Servo:
@@ -204,12 +218,7 @@ def test_a_silent_node_counts_as_moving_until_its_drive_must_have_stopped_by_its
 
 
 def test_an_axis_that_slips_after_a_fault_is_named_and_keeps_the_robot_in_fault() -> None:
-    world = moving()
-    world.run(0.6)
-    world.bus.nodes[1].raise_emergency(0x4310)
-    world.until(lambda: world.feedback.state is PlayoutState.FAULT)
-    world.run(0.3)
-    owner = world.ask(Claim("left", "b", "d")).claim.owner
+    world, owner = faulty(0x4310)
     servo = world.bus.nodes[1].drives[0].servo
     servo.rest = lambda step_s, _brake: servo.jump(round(10_000 * step_s))
     world.until(lambda: bool(alarms(world)), within_s=STOP_S + 0.05)
@@ -225,12 +234,7 @@ def test_an_axis_that_slips_after_a_fault_is_named_and_keeps_the_robot_in_fault(
 
 
 def test_an_axis_that_slips_while_its_fault_is_being_reset_keeps_the_robot_in_fault() -> None:
-    world = moving()
-    world.run(0.6)
-    world.bus.nodes[1].raise_emergency(0x4310)
-    world.until(lambda: world.feedback.state is PlayoutState.FAULT)
-    world.run(0.3)
-    owner = world.ask(Claim("left", "b", "d")).claim.owner
+    world, owner = faulty(0x4310)
     request = world.request(ResetDrives("left", owner))
     world.run(3 * world.settings.cycle_s)
     servo = world.bus.nodes[1].drives[0].servo
@@ -245,6 +249,33 @@ def test_an_axis_that_slips_while_its_fault_is_being_reset_keeps_the_robot_in_fa
     assert world.ask(ResetDrives("left", owner)).ok
 
 
+def test_errors_that_a_reset_ends_one_after_another_are_no_new_fault() -> None:
+    world, owner = faulty(0x4310, 0x2310)
+    world.events.clear()
+    assert world.ask(ResetDrives("left", owner)).ok
+    assert not [event for event in world.events if event.severity is Severity.ALARM]
+    assert world.ask(EnableDrives("left", owner)).ok
+
+
+@pytest.mark.parametrize("code", [0x2310, 0x5530], ids=["the same", "another"])
+def test_an_error_that_comes_back_in_a_reset_keeps_the_robot_in_fault(code: int) -> None:
+    world, owner = faulty(0x2310)
+    world.request(ResetDrives("left", owner))
+    node = world.bus.nodes[1]
+    world.until(lambda: node.state is DriveState.SWITCH_ON_DISABLED)
+    node.raise_emergency(code)
+    world.run(2.0)
+    assert world.feedback.state is PlayoutState.FAULT
+    assert not world.ask(EnableDrives("left", owner)).ok
+
+
+def test_a_robot_that_is_stopping_is_not_set_up_and_nobody_is_told_to_disable_it() -> None:
+    world = moving()
+    world.bus.nodes[1].raise_emergency(0x2310)
+    world.until(lambda: world.feedback.state is PlayoutState.STOPPING)
+    assert "disable it" not in world.ask(HOMING).text
+
+
 def test_an_axis_that_slips_while_its_robot_is_off_is_named_and_nothing_else_is_done() -> None:
     world = GatewayBench(settings(axis("J1", 1), axis("J2", 2)))
     world.ready()
@@ -257,8 +288,9 @@ def test_an_axis_that_slips_while_its_robot_is_off_is_named_and_nothing_else_is_
     assert [event.code for event in world.events] == ["moves_without_torque"]
     assert world.events[0].severity is Severity.ALARM
     assert "node 1 (left J1) moves without torque: its brake does not hold" in world.events[0].text
-    world.run(1.2)
+    world.run(TELL_S)
     assert len(world.events) == 2
+    assert "times more in 10 s)" in world.events[1].text
     assert world.feedback.state is PlayoutState.FOLLOWING
 
 

@@ -131,8 +131,15 @@ class AgentWorld:
         self.planner = Planner(self._placed, CYCLE_S)
         self.brakes: tuple[float, ...] = ()
         """The quick stop that the next claim tells."""
-        known = Names(names, points=points, signals=signals or {}, robot="left", variables=variables or {})
-        parsed = parse_program(program, "left.prog", known)
+        known = Names(
+            names,
+            tools=tuple(arm.description.tools) or None,
+            points=points,
+            signals=signals or {},
+            robot="left",
+            variables=variables or {},
+        )
+        parsed = parse_program(program, "left.prog", known, points_file.parent)
         cell = settings(on_manager_return, times or Times(), corrections or {}, spaces, things)
         folder = points_file.parent
         left = replace(cell.robots["left"], points=points_file, program=folder / "left.prog")

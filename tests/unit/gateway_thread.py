@@ -1,6 +1,5 @@
 """A gateway as it runs, beside the test: its own thread, a python-can bus, simulated drives and Zenoh."""
 
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -15,6 +14,7 @@ from cell.net.session import CellSession, new_call
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.shell import run_gateway
 from drive_gateway.sim.config.simulation import Simulation
+from tests.ports import free_endpoint
 from tests.unit.gateway_world import START, TIMES, echo_for, gateway_settings
 
 DEADLINE_S = 20.0
@@ -62,9 +62,7 @@ def running_gateway(
     settings: GatewaySettings | None = None, state_folder: Path | None = None
 ) -> Iterator[tuple[Client, threading.Event, list[int]]]:
     """The gateway's client, what stops it, and its exit codes."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    endpoint = free_endpoint()
     settings = replace(settings or gateway_settings(), overrun_limit_s=1.0, tpdo_timeout_s=1.0, heartbeat_timeout_s=1.0)
     stop, codes = threading.Event(), list[int]()
 

@@ -15,7 +15,7 @@ from cell.commands.errors import CommandError
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import AXES, first_axis_index, index_of
-from drive_gateway.canopen.pdo_map import CONTROLWORD, DIGITAL_OUTPUTS, STATUSWORD
+from drive_gateway.canopen.drive_objects import CONTROLWORD, DIGITAL_OUTPUTS, STATUSWORD
 from drive_gateway.canopen.sdo import RESTORE_DEFAULTS, STORE_PARAMETERS
 from drive_gateway.gateway.bus.bus_news import name_of, remedy_of
 from drive_gateway.gateway.bus.opening import BusError, open_bus

@@ -8,11 +8,12 @@ from cell.commands.bus_tools.place import Place, io_eds
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import first_axis_index
+from drive_gateway.canopen.drive_objects import CONTROLWORD, STATUSWORD
 from drive_gateway.canopen.eds import Eds, ObjectEntry
 from drive_gateway.canopen.emcy import decode_emergency
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat
-from drive_gateway.canopen.pdo_map import CONTROLWORD, STATUSWORD, Pdo
+from drive_gateway.canopen.pdo_map import Pdo
 from drive_gateway.cia402.state_machine import decode
 from drive_gateway.config.image import image_of, io_image_of
 from drive_gateway.config.known_drive import eds_of

@@ -12,12 +12,14 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from cell.commands.access import require
 from cell.commands.client.cell_files import running_cell
 from cell.commands.client.cell_view import names
 from cell.commands.errors import CommandError, quoted
 from cell.config import ConfigError, load_cell_alone
 from cell.config.document import read_document
 from cell.config.settings import CellSettings
+from cell.view.gate import Level
 from drive_gateway.canopen.eds import Eds, ObjectEntry
 from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.io_map import DIGITAL_INPUTS, DIGITAL_OUTPUTS, ERROR_MODE, ERROR_VALUE, IO_EDS
@@ -216,12 +218,16 @@ def _drives_alone(file: Path) -> GatewaySettings:
         raise
 
 
-def bus_tool(tool: Callable[..., None]) -> Callable[..., None]:
-    """`tool(place, ...)` as a command that takes the words and options of `place_of` instead of the place."""
+def bus_tool(tool: Callable[..., None], level: Level = Level.WATCH) -> Callable[..., None]:
+    """`tool(place, ...)` as a command that takes the words and options of `place_of` instead of the place.
+
+    `level` is that of an account that may use it.
+    """
     own = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in _parameters(tool)[1:]]
 
     @functools.wraps(tool)
     def command(**given: Any) -> None:
+        require(level, f"drive-gateway {tool.__name__.replace('_', '-')}")
         place = place_of(*(given.pop(name) for name in (*_WHERE, *_OPTIONS)))
         tool(place, **given)
 

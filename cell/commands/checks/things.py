@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 from cell.commands.checks.readings import Readings
 from cell.config.document import Document
-from cell.config.problem import KeyPath, Problem
+from cell.config.problem import KeyPath, Problem, Severity
 from cell.config.thing_entry import ShapedEntry
-from cell.geometry import GeometryError
+from cell.geometry import GeometryError, Mesh
 from robot_agent.kinematics import Model
 from robot_agent.model import TOOL
 from robot_agent.workspace import solid_of, unknown_links
@@ -29,12 +29,18 @@ def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Probl
 
 
 def check_shape(document: Document, path: KeyPath, entry: ShapedEntry) -> Iterator[Problem]:
-    """A mesh that is none, or a hull of points that span nothing."""
+    """A mesh that is none, or a hull of points that span nothing; a warning for a mesh without an inside."""
     if any(entry.shape_problems(document, path)):
         return
     where: KeyPath = (*path, "hull") if entry.mesh is None else (*path, "mesh", "file")
     allowed = "points that span a body" if entry.mesh is None else "an STL or OBJ file with triangles"
     try:
-        solid_of(entry.shape(document), entry.pose.settings())
+        solid = solid_of(entry.shape(document), entry.pose.settings())
     except GeometryError as error:
         yield document.problem(where, str(error), allowed)
+        return
+    if isinstance(solid, Mesh) and not solid.is_closed:
+        found = "triangles that do not close: only their surface is kept away from, a body wholly inside is not noticed"
+        yield document.problem(
+            where, found, "a closed mesh; this one if bodies only come from outside", severity=Severity.WARNING
+        )

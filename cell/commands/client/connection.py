@@ -4,7 +4,7 @@ import os
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -181,6 +181,19 @@ def client_session(settings: CellSettings, endpoints: tuple[str, ...]) -> CellSe
     """A client session through one of `endpoints`; opening it raises `cell.net.errors.Unreachable`."""
     link = Link(mode="client", connect=endpoints)
     return CellSession(settings.name, link, "operator", f"{socket.gethostname()}-{os.getpid()}", new_boot())
+
+
+def ask_each(operator: Connection, robots: Sequence[str], command: Command) -> None:
+    """Ask one robot after another. Raises `CommandError` with what those said that did not, after all were asked."""
+    failed: list[CommandError] = []
+    for robot in robots:
+        try:
+            report(robot, operator.ask_robot(robot, command))
+        except CommandError as error:
+            failed.append(error)
+    if failed:
+        steps = "; ".join(dict.fromkeys(error.next_step for error in failed if error.next_step))
+        raise CommandError("\n".join(error.what for error in failed), steps)
 
 
 def report(who: str, reply: Reply) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from cell.commands.access import require
 from cell.commands.errors import CommandError, not_installed
 from cell.config.document import read_text
 from cell.config.settings import CellSettings
@@ -26,6 +27,7 @@ def page_server(host: str, port: int, highest: Level) -> Iterator["GatedServer"]
         from cell.view.server import GatedServer, PortTaken, Unguarded, listen
     except ImportError as error:
         raise not_installed("the page", "view", error) from error
+    require(highest, f"a page for level {highest.name.lower()}")
     gate = Gate(_names(host), highest)
     try:
         listener = listen(host, port)

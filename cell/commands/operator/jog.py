@@ -18,12 +18,12 @@ from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, Robo
 from cell.commands.processes.stop import stop_event
 from cell.config.settings import CellSettings
 from cell.messages import Jog, JogFrame, JogHeld, Mode
-from cell.view.words import why
 
 PERIOD_S = 0.03
 """The key's signs of life are this far apart; the robot stops when it hears none for 0.2 s."""
 SILENT_S = 1.0
 _RELEASES = 5
+_LOAD = "take load off the hosts and the network when it happens again"
 _SPEED_MM_S = 50.0
 _SPEED_DEG_S = 10.0
 _ALONG = ("X", "Y", "Z")
@@ -106,7 +106,7 @@ def _slides(settings: CellSettings, robot: str, joint: str) -> bool:
 def hold(operator: Connection, robot: str, press: str, stop: threading.Event) -> None:
     """Say that the key is held until `stop`, or until the robot has ended the jog; then wait until it rests.
 
-    Raises `CommandError` when the robot falls silent, or is not seen to jog.
+    Raises `CommandError` when the robot falls silent, is not seen to jog, or ends the jog before its time.
     """
     said, begun, heard_at, released = "", False, time.monotonic(), 0
     begins_by = heard_at + SILENT_S
@@ -118,19 +118,22 @@ def hold(operator: Connection, robot: str, press: str, stop: threading.Event) ->
         else:
             heard_at, jogging = time.monotonic(), state.mode is Mode.JOGGING
             begun = begun or jogging
+            reason = "; ".join(state.alarms) or state.waiting_for
             if begun and not jogging:
-                typer.echo(f"{robot}: {said or 'is at rest'}; the jog has ended")
+                if (said := reason or said) and not stop.is_set():
+                    raise CommandError(
+                        f"{robot}: the jog was broken off: {said}",
+                        f"see where the robot stands (cell status), then press again, by the rest of the way; {_LOAD}",
+                    )
+                typer.echo(f"{robot}: is at rest; the jog has ended")
                 return
             if not begun and (heard_at > begins_by or released == _RELEASES):
-                reason = why(state) or "no sign of the key arrived in time"
-                raise CommandError(
-                    f"{robot}: the jog was over before it was seen: {reason}",
-                    "press again; take load off the hosts and the network when it happens again",
-                )
+                early = reason or "no sign of the key arrived in time"
+                raise CommandError(f"{robot}: the jog was over before it was seen: {early}", f"press again; {_LOAD}")
             if released < _RELEASES:
                 operator.session.publish(JogHeld(robot, press, not stop.is_set(), echo(state)))
                 released += stop.is_set()
-            if (reason := why(state)) != said:
+            if reason != said:
                 said = reason
                 typer.echo(f"{robot}: {reason}" if reason else f"{robot}: moves on")
         time.sleep(PERIOD_S)

@@ -1,10 +1,13 @@
 """`cell monitor`: what the page shows, in a terminal, with the few keys that one wants at once."""
 
+import errno
 import sys
+import termios
 import threading
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum
 from itertools import islice
@@ -17,6 +20,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from cell.commands.access import require
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.client.connection import connect
 from cell.commands.client.live_desk import LiveDesk
@@ -40,9 +44,10 @@ from cell.messages import (
     Severity,
 )
 from cell.view.desk import Desk, NoAnswer
+from cell.view.gate import Level
 from cell.view.newest import Newest
 from cell.view.now import Line, NowLines, Tone
-from cell.view.rows import AXIS_HEADING, Axes, Kind, axis_rows, duration
+from cell.view.rows import AXIS_HEADING, Axes, Kind, axis_rows, bursts, duration
 from cell.view.source import LiveSource, Source
 
 PERIOD_S = 0.25
@@ -83,18 +88,33 @@ def monitor(
     """
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise CommandError("cell monitor needs a terminal", f"for scripts: cell status --json -f {quoted(file)}")
+    if control:
+        require(Level.OPERATE, "cell monitor --control")
     stop = stop_event()
     with connect(file, endpoint, stop) as operator:
         screen = Screen(operator.settings, axes_of(operator.settings), LiveDesk(operator, "by the monitor"), control)
         source = LiveSource(operator.session)
         console = Console()
-        with Keyboard() as keyboard, Live(console=console, screen=True, auto_refresh=False) as live:
+        with until_hung_up(), Keyboard() as keyboard, Live(console=console, screen=True, auto_refresh=False) as live:
             while not (stop.is_set() or screen.done or keyboard.gone):
                 screen.look(source)
                 live.update(screen.drawn(console.width, console.height), refresh=True)
                 deadline = time.monotonic() + PERIOD_S
                 while (left_s := deadline - time.monotonic()) > 0.0 and (key := keyboard.key(left_s)):
                     screen.press(key)
+
+
+@contextmanager
+def until_hung_up() -> Iterator[None]:
+    """Ends quietly where the terminal has gone, as when an SSH connection breaks: nobody is left to be told."""
+    try:
+        yield
+    except termios.error as error:
+        if error.args[0] != errno.EIO:
+            raise
+    except OSError as error:
+        if error.errno != errno.EIO:
+            raise
 
 
 @dataclass(slots=True)
@@ -237,12 +257,14 @@ class Screen:
     def _event_lines(self) -> list[Text]:
         """Newest first; the remedy in a line of its own."""
         severities, lines = list(Severity), []
-        for at, event in reversed(self._events() if self._paused is None else self._paused):
-            if severities.index(event.severity) >= severities.index(self._least):
-                when = f"{duration(self.seen.now - at)} ago"
-                lines.append(Text(f"{when:>10}  {event.source}: {event.text}", _SEVERITIES[event.severity]))
-                if event.remedy:
-                    lines.append(Text(f"{'':12}next: {event.remedy}"))
+        newest_first = reversed(self._events() if self._paused is None else self._paused)
+        least = severities.index(self._least)
+        for burst in bursts((event, at) for at, event in newest_first if severities.index(event.severity) >= least):
+            event, when = burst.newest, f"{duration(self.seen.now - burst.at)} ago"
+            told = f"{when:>10}  {event.source}{burst.lasted}: {event.text}"
+            lines.append(Text(told, _SEVERITIES[event.severity]))
+            if event.remedy:
+                lines.append(Text(f"{'':12}next: {event.remedy}"))
         return lines
 
     def _keys(self) -> Text:

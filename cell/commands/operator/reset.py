@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.client.connection import Connection, connect, report
+from cell.commands.client.connection import Connection, ask_each, connect, report
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
@@ -32,7 +32,7 @@ def reset(
             operator.check_robot(robot)
         chosen = tuple(robots or operator.settings.robots)
         _clear_stops(operator, chosen)
-        _reset_robots(operator, chosen)
+        ask_each(operator, chosen, ResetRobot())
 
 
 def _clear_stops(operator: Connection, robots: tuple[str, ...]) -> None:
@@ -60,16 +60,3 @@ def _wait_until_robots_know(operator: Connection, robots: tuple[str, ...]) -> No
         ),
         CLEARED_TIMEOUT_S,
     )
-
-
-def _reset_robots(operator: Connection, robots: tuple[str, ...]) -> None:
-    """Ask each robot. Raises `CommandError` with what those said that did not, after all were asked."""
-    failed: dict[str, CommandError] = {}
-    for robot in robots:
-        try:
-            report(robot, operator.ask_robot(robot, ResetRobot()))
-        except CommandError as error:
-            failed[robot] = error
-    if failed:
-        steps = "; ".join(dict.fromkeys(error.next_step for error in failed.values() if error.next_step))
-        raise CommandError("\n".join(error.what for error in failed.values()), steps)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.client.connection import connect, report
+from cell.commands.client.connection import ask_each, connect, report
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.commands.operator.common_start import AHEAD_S, run_together
@@ -34,8 +34,7 @@ from cell.messages import (
 )
 
 PercentArgument = Annotated[float, typer.Argument(min=-100.0, max=100.0, metavar="PERCENT", help="-100 to 100.")]
-
-
+RobotsArgument = Annotated[list[str], typer.Argument(metavar="ROBOT...", help="Names of robots in the cell file.")]
 FirstLineOption = Annotated[
     int | None,
     typer.Option("--from", min=1, metavar="LINE", help="Begin there, with all that holds there.", show_default=False),
@@ -68,8 +67,15 @@ def _order(robot: str, command: Command, file: Path, endpoints: list[str] | None
         report(robot, operator.ask_robot(robot, command))
 
 
+def _order_each(robots: list[str], command: Command, file: Path, endpoints: list[str] | None) -> None:
+    with connect(file, endpoints) as operator:
+        for robot in robots:
+            operator.check_robot(robot)
+        ask_each(operator, robots, command)
+
+
 def run(
-    robots: Annotated[list[str], typer.Argument(metavar="ROBOT...", help="Names of robots in the cell file.")],
+    robots: RobotsArgument,
     ahead: Annotated[
         float | None,
         typer.Option(
@@ -161,7 +167,7 @@ def return_(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoi
 
 
 def step(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
-    """Let a robot go on, or start, to the end of the present block of its program, and halt there."""
+    """Let a robot go on, or start, to the end of the present move of its program, and halt there."""
     _order(robot, Step(), file, endpoint)
 
 
@@ -279,11 +285,11 @@ def input_(
     _order(robot, ForceInput(name, None if seen is Seen.FOLLOW else seen is Seen.ON), file, endpoint)
 
 
-def enable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
-    """Switch a robot's drives on; it holds its position."""
-    _order(robot, Enable(), file, endpoint)
+def enable(robots: RobotsArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Switch the drives of robots on; they hold their positions."""
+    _order_each(robots, Enable(), file, endpoint)
 
 
-def disable(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
-    """Switch a robot's drives off; refused while it moves."""
-    _order(robot, Disable(), file, endpoint)
+def disable(robots: RobotsArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
+    """Switch the drives of robots off; refused while a robot moves."""
+    _order_each(robots, Disable(), file, endpoint)

@@ -41,7 +41,10 @@ def status(
         seen = _watch(operator, as_json) if watch else show(operator.settings, operator.snapshot())
         silent = _silent(operator.settings, seen, operator.file)
         if silent:
-            raise CommandError(f"silent: {names(silent)}", f"start again what has died: {'; '.join(silent.values())}")
+            raise CommandError(
+                f"silent: {names(silent)}",
+                f"see whether they run; start again what has died: {'; '.join(silent.values())}",
+            )
         if code := exit_code(seen):
             raise typer.Exit(code)
 

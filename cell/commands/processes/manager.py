@@ -10,6 +10,7 @@ from cell.commands.options import (
     ConfigOption,
     ConnectOption,
     ListenOption,
+    LogJsonOption,
     ModeOption,
     ParentPipeOption,
     StateDirOption,
@@ -26,6 +27,7 @@ def manager(
     config: ConfigOption = None,
     cfg: CfgOption = None,
     state_dir: StateDirOption = None,
+    log_json: LogJsonOption = False,
     parent_pipe: ParentPipeOption = None,
 ) -> None:
     """Run the manager of a cell alone, until Ctrl-C or SIGTERM.
@@ -40,4 +42,4 @@ def manager(
     def body(folder: Path, stop: threading.Event) -> int:
         return run_manager(settings, options, folder, stop)
 
-    run_process("manager", settings, state_dir, parent_pipe, body)
+    run_process("manager", settings, state_dir, parent_pipe, log_json, body)

@@ -9,10 +9,13 @@ from pathlib import Path
 
 import typer
 
+from cell.commands.access import require
 from cell.commands.emergency.reach import STORED, reach_of, store
+from cell.commands.processes.json_log import JsonLog
 from cell.commands.processes.state_dir import LOGS, Lock, make_folder, state_folder
 from cell.commands.processes.stop import stop_event
 from cell.config.settings import CellSettings
+from cell.view.gate import Level
 
 LOG_BYTES = 1_000_000
 OLD_LOGS = 4
@@ -25,20 +28,23 @@ def run_process(
     settings: CellSettings,
     state_dir: Path | None,
     parent_pipe: int | None,
+    log_json: bool,
     body: Callable[[Path, threading.Event], int],
 ) -> None:
     """Run `body(state folder, stop event)` as the one process `part` of this cell on this host; exit with its code.
 
-    It logs to stderr, and as a child of `cell up` to a file of its own in the state folder. Where the cell listens is
-    kept there too, for an emergency stop.
+    It logs to stderr, and as a child of `cell up` to a file of its own in the state folder; with `log_json` one JSON
+    object per line. Where the cell listens is kept there too, for an emergency stop.
     """
+    require(Level.OPERATE, part)
     stop = stop_event(parent_pipe)
     folder = state_folder(settings.file, settings.name, state_dir)
+    form = JsonLog(part) if log_json else logging.Formatter(_FORMAT)
     if parent_pipe is None:
-        logging.basicConfig(level=logging.INFO, format=_FORMAT)
+        log_by(logging.StreamHandler(), form)
     else:
         make_folder(folder / LOGS)
-        log_to(folder / LOGS / f"{part}.log")
+        log_to(folder / LOGS / f"{part}.log", form)
         _LOG.info("%s of cell %s starts as process %d", part, settings.name, os.getpid())
     # What python-can warns of (missing optional packages, buses that did not open) our own messages say better.
     logging.getLogger("can").setLevel(logging.ERROR)
@@ -51,9 +57,15 @@ def run_process(
     raise typer.Exit(code)
 
 
-def log_to(path: Path, most_bytes: int = LOG_BYTES) -> None:
+def log_to(path: Path, form: logging.Formatter | None = None, most_bytes: int = LOG_BYTES) -> None:
     """Append the process' log, and all that it prints, to `path`; a full file becomes `path.1`, at most 4 are kept."""
-    logging.basicConfig(level=logging.INFO, format=_FORMAT, handlers=[_LogFile(path, most_bytes)])
+    log_by(_LogFile(path, most_bytes), form or logging.Formatter(_FORMAT))
+
+
+def log_by(handler: logging.Handler, form: logging.Formatter) -> None:
+    """All that the process logs goes to `handler`."""
+    handler.setFormatter(form)
+    logging.basicConfig(level=logging.INFO, handlers=[handler])
 
 
 class _LogFile(RotatingFileHandler):

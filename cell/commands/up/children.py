@@ -79,7 +79,7 @@ class Child:
         code = self.exit_code()
         how = f"was killed by signal {-code}" if code is not None and code < 0 else f"ended with exit code {code}"
         quoted = "".join(f"\n    | {line}" for line in self.said()[-LAST_LINES:])
-        return f"{self.program.part} {how}{quoted}"
+        return f"{self.program.part} {how}{quoted or f'; {self.log} has nothing of this run; has its disk room?'}"
 
     def said(self) -> list[str]:
         """The last that it printed in this run; a log that was rotated meanwhile is all its own."""
@@ -99,10 +99,13 @@ def page_program(settings: CellSettings, words: tuple[str, ...]) -> ChildProgram
     return ChildProgram(PAGE, "cell.commands.main", arguments, shlex.join(("cell", *arguments)))
 
 
-def programs(settings: CellSettings, state_dir: Path | None, simulate: bool) -> list[ChildProgram]:
+def programs(
+    settings: CellSettings, state_dir: Path | None, simulate: bool, log_json: bool = False
+) -> list[ChildProgram]:
     """Manager, gateways and agents of a cell, in the order in which they start."""
     file = str(settings.file)
-    where = () if state_dir is None else ("--state-dir", str(state_dir))
+    where = [] if state_dir is None else ["--state-dir", str(state_dir)]
+    where += ["--log-json"] * log_json
     drives = ("--simulate",) if simulate else ()
     wanted = [("manager", "cell", ("manager", file))]
     wanted += [(f"gateway {name}", "drive-gateway", ("run", file, name, *drives)) for name in settings.gateways]

@@ -28,6 +28,8 @@ START_TIMEOUT_S = 30.0
 REST_TIMEOUT_S = 6.0
 _WATCH_S = 0.1
 """How often a cell is looked at once it is up."""
+_SHOWN_S = 0.05
+"""Of a wait; a shorter one is none for people."""
 QUIET_S = 10.0
 """The same warning of the same source is shown this often at most."""
 ENABLED = frozenset({Mode.READY, Mode.RUNNING, Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING})
@@ -256,12 +258,13 @@ class Supervisor:
         return [text, *lines] if (text := latched_stop(seen)) else lines
 
     def _tell_waits(self, seen: Snapshot) -> None:
-        """How long everything took, and how long each robot stood still for each zone."""
+        """How long everything took, and which robots stood still for a zone, and for how long."""
         print(f"all programs are done after {time.monotonic() - self._started:.1f} s")
         for name in self._settings.robots:
             waited = seen.robots[name].waited_s
             for zone in self._settings.zones:
-                print(f"robot {name} stood still for {waited.get(zone, 0.0):.1f} s until zone {zone} was free")
+                if (waited_s := waited.get(zone, 0.0)) >= _SHOWN_S:
+                    print(f"robot {name} stood still for {waited_s:.1f} s until zone {zone} was free")
 
     def _tell_stop(self) -> None:
         if self._stop.is_set():

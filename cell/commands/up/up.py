@@ -9,7 +9,15 @@ from rich.console import Console
 from cell.commands.client.cell_files import checked_cell
 from cell.commands.client.cell_view import names
 from cell.commands.errors import CommandError, quoted
-from cell.commands.options import PORT, CellFileArgument, Control, ControlOption, PortOption, StateDirOption
+from cell.commands.options import (
+    PORT,
+    CellFileArgument,
+    Control,
+    ControlOption,
+    LogJsonOption,
+    PortOption,
+    StateDirOption,
+)
 from cell.commands.processes.state_dir import LOGS, RECORDINGS, Lock, make_folder, state_folder
 from cell.commands.processes.stop import stop_event
 from cell.commands.up.children import Children, page_program, programs
@@ -33,6 +41,7 @@ def up(
     port: PortOption = PORT,
     real: Annotated[bool, typer.Option("--real", help="Without simulated drives: this moves the machines.")] = False,
     state_dir: StateDirOption = None,
+    log_json: LogJsonOption = False,
 ) -> None:
     """Start a cell on this host: its manager, its gateways with simulated drives, and an agent per robot.
 
@@ -57,7 +66,7 @@ def up(
 
     with Lock(folder, "cell-up"):
         refuse_taken(settings)
-        wanted = programs(settings, state_dir, not real)
+        wanted = programs(settings, state_dir, not real, log_json)
         if view:
             wanted.append(page_program(settings, _page_words(control, port)))
         with Children(wanted, logs, hurry, say) as children:
@@ -65,7 +74,8 @@ def up(
             done = supervisor.run(start_programs=run or until_done, until_done=until_done)
     if parts := children.out_of_order():
         raise CommandError(
-            f"not in order, died or killed: {names(parts)}", f"look at what was said above and in {logs}"
+            f"not in order, died or killed: {names(parts)}",
+            f"look at what was said above and in {logs}; what was started again by hand runs on: end it where it runs",
         )
     if until_done and not done:
         raise typer.Exit(INTERRUPTED if stop.is_set() else 1)

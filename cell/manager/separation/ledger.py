@@ -81,6 +81,8 @@ class _Robot:
     newest_clearance: Clearance | None = None
     body: Body | None = None
     """Of its newest presence; one that is not known is anywhere within its reach."""
+    known_under: int = 0
+    """The newest claim under which it knew where it is: no clearance of an earlier one counts."""
     named: bool = False
     """Its newest presence names this manager."""
     assured: bool = False
@@ -131,7 +133,6 @@ class Ledger:
         robot = self._robots.get(presence.robot)
         if robot is None:
             return False
-        before = robot.newest.era
         if not robot.newest.accept(presence.boot, presence.owner, presence.sequence):
             return False
         self.deposed |= presence.epoch > self._epoch
@@ -142,12 +143,12 @@ class Ledger:
         asked = way.sections[way.owned :]
         pieces = way.pieces.tolist()
         ask = _Ask(presence.sequence, presence.owner, asked, way.plan, pieces[way.owned :])
-        robot.ask = ask if robot.named and len(asked) else None
+        robot.ask = ask if robot.named and presence.body.known and len(asked) else None
         robot.body = presence.body
-        anew = presence.owner > before and presence.body.known
+        anew = presence.body.known and presence.owner > robot.known_under
         if anew:
             # The gateway gave this claim at rest, and plays no block of an earlier owner.
-            robot.open = {}
+            robot.known_under, robot.open = presence.owner, {}
         elif robot.named:
             robot.open = {number: cleared for number, cleared in robot.open.items() if number > presence.taken}
         if not presence.body.known:

@@ -33,7 +33,7 @@ class StandoffWatch:
         if back is None:
             return (
                 "no way back frees them: halt one of them (`cell halt ROBOT`), jog it away with `cell jog ROBOT`, "
-                "which ends its program, and `cell run ROBOT` when the others have passed"
+                "and when the others have passed `cell return ROBOT` and `cell continue ROBOT`"
             )
         others = " and ".join(robot for robot in robots if robot != back)
         return (

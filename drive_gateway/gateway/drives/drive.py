@@ -5,15 +5,17 @@ from collections.abc import Sequence
 from cell.messages.drives import AxisStatus
 from cell.messages.gateway_state import NodeStatus
 from drive_gateway.canopen.axis_objects import index_of
-from drive_gateway.canopen.emcy import Emergency
-from drive_gateway.canopen.frame import CanFrame
-from drive_gateway.canopen.pdo_map import (
+from drive_gateway.canopen.drive_objects import (
     CONTROLWORD,
     DIGITAL_OUTPUTS,
-    INPUTS,
+    ERROR_CODE,
     TARGET_POSITION,
+    TARGET_VELOCITY,
 )
-from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY, ProfileSender
+from drive_gateway.canopen.emcy import Emergency
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.canopen.pdo_map import INPUTS
+from drive_gateway.canopen.profile_pdos import ProfileSender
 from drive_gateway.canopen.sdo import Dialogue, SdoRead
 from drive_gateway.cia402.state_machine import FAULT_RESET, QUICK_STOP, REMOTE, WARNING, controlword, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
@@ -25,7 +27,6 @@ from drive_gateway.gateway.nodes.program import drive_program
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.reference.reference import Reference
 
-_ERROR_CODE = 0x603F
 _WITHOUT_TORQUE = {
     AxisStatus.NOT_READY_TO_SWITCH_ON,
     AxisStatus.SWITCH_ON_DISABLED,
@@ -223,7 +224,7 @@ class Drive:
             self.follow(self._read_error())
 
     def _read_error(self) -> Dialogue:
-        done = yield SdoRead(_ERROR_CODE, 0)
+        done = yield SdoRead(ERROR_CODE, 0)
         self._asked = False
         if len(done.data) == 2:
             self.node.axis_error(self.label, int.from_bytes(done.data, "little"))

@@ -2,8 +2,9 @@
 
 import math
 
+from drive_gateway.canopen.drive_objects import SI_ACCELERATION, SI_VELOCITY
 from drive_gateway.canopen.sdo import Dialogue, SdoDone, SdoRead
-from drive_gateway.config.drive_units import SI_ACCELERATION, SI_VELOCITY, DriveUnits
+from drive_gateway.config.drive_units import DriveUnits
 
 SAME = 1e-3
 """Two units are one when they differ by no more than this share: 60A9h has no more digits than a manual."""

@@ -83,6 +83,8 @@ class Node:
         self.operational = False
         """Brought up, and not lost since."""
         self.emergency: Emergency | None = None
+        self._told: set[int] = set()
+        """Codes of its emergencies since it was last without an error."""
         self._errors: dict[str, Emergency] = {}
         """Of axes of a node with several, by their labels."""
         self.told_problem = ""
@@ -154,14 +156,16 @@ class Node:
         if emergency.reset:
             if emergency.gone:
                 self.emergency = None
+                self._told.clear()
                 self._errors.clear()
             return
         if emergency.stops or self.emergency is None or not self.emergency.stops:
             self.emergency = emergency
         if self.operational:
             text = f"{self.label} reports {emergency.code:04X}h: {emergency.meaning}"
-            stops = emergency.stops
-            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code, stops))
+            stops, again = emergency.stops, emergency.code in self._told
+            self._troubles.append(Trouble(EMERGENCY, text, emergency.remedy, self.id, emergency.code, stops, again))
+        self._told.add(emergency.code)
         if len(self._axes) > 1:
             for axis in self._axes:
                 axis.ask_error()
@@ -260,6 +264,7 @@ class Node:
             self._guarding.restart()
         self.nmt = None
         self.emergency = None
+        self._told.clear()
         self._errors.clear()
         for axis in self._axes:
             axis.forget()

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from drive_gateway.canopen.axis_objects import index_of
 from drive_gateway.canopen.cob_id import SYNC
+from drive_gateway.canopen.drive_objects import MOTOR_RATED_TORQUE
 from drive_gateway.canopen.io_map import DEVICE_PROFILE
 from drive_gateway.canopen.optional_objects import IO_OPTIONAL_OBJECTS, OPTIONAL_OBJECTS
 from drive_gateway.canopen.pdo_map import DISABLED, NO_REMOTE, Pdo, unused
@@ -22,7 +23,6 @@ from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.reference.reference import Reference
 
 DEVICE_TYPE, SYNC_IDENTIFIER, IDENTITY, SYNC_COUNTER = 0x1000, 0x1005, 0x1018, 0x1019
-MOTOR_RATED_TORQUE = 0x6076
 _HEX = (range(0x1005, 0x1006), range(0x1014, 0x1017), range(0x1018, 0x1019), range(0x1400, 0x1C00))
 """Identifiers, identities and mapping entries, which people write in hex everywhere."""
 _PARTS = {1: "identifier", 2: "transmission type", 3: "inhibit time", 5: "event timer"}

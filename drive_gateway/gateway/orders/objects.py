@@ -4,15 +4,15 @@ from collections.abc import Callable, Mapping, Sequence
 
 from cell.messages import ReadObject, WriteObject
 from drive_gateway.canopen.axis_objects import first_axis_index
-from drive_gateway.canopen.pdo_map import (
+from drive_gateway.canopen.drive_objects import (
     CONTROLWORD,
     INTERPOLATION_DATA,
     TARGET_POSITION,
     TARGET_TORQUE,
+    TARGET_VELOCITY,
     TORQUE_OFFSET,
     VELOCITY_OFFSET,
 )
-from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
 from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
 from drive_gateway.gateway.nodes.node import Node
 from drive_gateway.gateway.robots.group import DriveGroup

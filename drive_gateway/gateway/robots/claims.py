@@ -55,13 +55,16 @@ class ClaimBook:
         if owner == self.owner:
             self._alive_at = now
 
-    def sent(self, block: SetpointBlock, now: float) -> None:
-        """A set-point block came; one that the network held back or repeats does not prove that its owner lives."""
+    def sent(self, block: SetpointBlock, now: float, *, accepted: bool) -> None:
+        """A set-point block came. One that is played proves that its owner lives, and any newer one that came.
+
+        One that the network held back or repeats does not; nor may a stray one of a higher sequence silence the owner.
+        """
         if block.owner != self.owner:
             return
         self.epoch = max(self.epoch, block.epoch)
-        if block.sequence > self._newest_block:
-            self._newest_block = block.sequence
+        if accepted or block.sequence > self._newest_block:
+            self._newest_block = max(self._newest_block, block.sequence)
             self._alive_at = now
 
     def expire(self, at_rest: bool, now: float) -> bool:

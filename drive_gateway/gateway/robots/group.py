@@ -137,12 +137,15 @@ class DriveGroup:
                 self._then = then
                 self.power.enter(PowerState.RESETTING, now)
             case PowerState.OFF | PowerState.ON:
-                then(True, f"{self.robot} has no fault")
+                then(True, f"no drive of {self.robot} reports a fault")
             case _:
                 then(False, self.permits.busy())
 
     def fault(self, trouble: Trouble, now: float) -> None:
         """Stop all drives of the robot with voltage on; nothing moves again before reset and enable."""
+        if trouble.again and self.power.state is PowerState.RESETTING:
+            # Errors go one after another; a drive that keeps one stays in its fault, and the reset ends by its time.
+            return
         stopped = self.power.state in (PowerState.STOPPING, PowerState.FAULT)
         self._log.alarm(trouble, self.robot, now, anew=not stopped)
         if stopped:
@@ -198,8 +201,8 @@ class DriveGroup:
 
     def _mind_rest(self, now: float) -> None:
         """Axes that should stand must come to rest; in `ON` it is the following error that is watched."""
-        for trouble in self._brake_watch.step(self.power.state is PowerState.OFF, now):
-            self._log.alarm(trouble, self.robot, now)
+        for trouble in self._brake_watch.step(self.power.state is PowerState.OFF):
+            self._log.alarm(trouble, self.robot, now, anew=False)
         if self.watch.standing or self.power.stoppable:
             self._stop_watch.forget()
             return

@@ -99,8 +99,10 @@ class Permits:
             return f"{self._robot} is being set up already"
         if self._power.state is PowerState.FAULT:
             return self.in_fault()
+        if self._power.state is PowerState.ON:
+            return f"{self._robot} is on; disable it first"
         if self._power.state is not PowerState.OFF:
-            return f"{self._robot} is {self._power.state.value}; disable it first"
+            return self.busy()
         if self.inputs:
             return f"{self._robot} stays off: {self._open()}"
         if wrong := self.wrong_units() or self.unread_units():
@@ -147,7 +149,8 @@ class Permits:
         return f"{self._robot} is busy: {self._power.state.value}; ask again when that is done"
 
     def in_fault(self) -> str:
-        return f"{self._robot} is in fault ({self.cause()}); reset it first"
+        remedy = "" if self.trouble is None else f"{self.trouble.remedy}, then "
+        return f"{self._robot} is in fault ({self.cause()}); {remedy}reset it"
 
     def cause(self) -> str:
         """Of the fault."""

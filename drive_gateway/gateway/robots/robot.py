@@ -27,12 +27,10 @@ from drive_gateway.gateway.robots.permits import StopOrder
 from drive_gateway.gateway.robots.setup_plan import SetupCall, planned
 from drive_gateway.gateway.watch.measurement import Floats
 
-REPEAT_S = 1.0
-"""Refused blocks are told at most this often."""
 HARMLESS = frozenset({Refusal.LATE, Refusal.POSITION, Refusal.VELOCITY, Refusal.CLOSING})
 """What a busy computer or a lost block brings about: the queue plays on, and the agent's next block joins it."""
-MANY = 10
-"""So many harmless refusals within `REPEAT_S`, of some 50 blocks, are worth a warning."""
+MANY = 100
+"""So many harmless refusals, of the some 500 blocks that come meanwhile, are worth a warning."""
 RobotCall = Claim | Release | EnableDrives | DisableDrives | ResetDrives
 
 
@@ -63,30 +61,22 @@ class Robot:
         self.feedbacks = Sent(boot)
         """When drive feedback was sent."""
         self._sequence = 0
-        self._told_at = -REPEAT_S
-        self._untold = 0
 
     def offer(self, block: SetpointBlock, now: float) -> None:
         """A block from somebody who says to be the owner."""
-        self.claims.sent(block, now)
         outcome = self.group.playout.offer(block)
+        self.claims.sent(block, now, accepted=not isinstance(outcome, Refused))
         if isinstance(outcome, Refused):
             self._refused(block, outcome, now)
 
     def _refused(self, block: SetpointBlock, outcome: Refused, now: float) -> None:
-        self._untold += 1
-        if now - self._told_at < REPEAT_S:
-            return
         text = f"{self.name}: block {block.sequence} refused ({outcome.reason.value}): {outcome.text}"
-        if outcome.reason not in HARMLESS:
-            self._log.warn("block_refused", text, "the agent must go on from the feedback")
-        elif self._untold < MANY:
-            self._log.info("block_refused", f"{text}; harmless when rare")
+        about = self.name, outcome.reason
+        if outcome.reason in HARMLESS:
+            remedy = "harmless when rare, else take load off the hosts"
+            self._log.warn_of_many("block_refused", text, remedy, about, now, MANY)
         else:
-            self._log.warn(
-                "block_refused", f"{text}; {self._untold} since the last one told", "take load off the hosts"
-            )
-        self._told_at, self._untold = now, 0
+            self._log.warn_repeated("block_refused", text, "the agent must go on from the feedback", about, now)
 
     def claim(self, call: Claim, now: float, tick: int) -> tuple[bool, str, ClaimGrant | None]:
         before = self.claims.owner

@@ -3,9 +3,8 @@
 from enum import Enum
 
 from cell.messages.drives import AxisStatus
-from drive_gateway.canopen.profile_pdos import TARGET_VELOCITY
+from drive_gateway.canopen.drive_objects import MODE, MODE_DISPLAY, TARGET_VELOCITY
 from drive_gateway.canopen.sdo import Dialogue, SdoRead, SdoWrite
-from drive_gateway.cia402.preparation import MODE, MODE_DISPLAY
 from drive_gateway.cia402.setup_objects import (
     ACKNOWLEDGED,
     ATTAINED,

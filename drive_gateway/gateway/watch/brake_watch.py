@@ -5,9 +5,6 @@ from collections.abc import Iterator, Sequence
 from drive_gateway.gateway.drives.drive import Drive
 from drive_gateway.gateway.trouble import Trouble
 
-REPEAT_S = 1.0
-"""An axis that falls is not told of more often."""
-
 
 class BrakeWatch:
     """Of one robot that is switched off, but for axes that move by themselves in set-up.
@@ -19,9 +16,8 @@ class BrakeWatch:
     def __init__(self, drives: Sequence[Drive]) -> None:
         self._drives = drives
         self._place: dict[Drive, int] = {}
-        self._told_s: dict[Drive, float] = {}
 
-    def step(self, off: bool, now: float) -> Iterator[Trouble]:
+    def step(self, off: bool) -> Iterator[Trouble]:
         """One cycle; `off`: the robot is switched off."""
         for drive in self._drives:
             if not off or not drive.operational or not drive.without_torque or drive.counts is None:
@@ -29,8 +25,8 @@ class BrakeWatch:
                 continue
             way = drive.counts - self._place.setdefault(drive, drive.counts)
             far = abs(way) > drive.axis.following_window * abs(drive.axis.counts_per_unit)
-            if far and now - self._told_s.get(drive, -REPEAT_S) >= REPEAT_S:
-                self._place[drive], self._told_s[drive] = drive.counts, now
+            if far:
+                self._place[drive] = drive.counts
                 text = f"{drive.label} moves without torque: its brake does not hold, or somebody moves it"
                 remedy = "keep away from below it and secure it before anything else; then look at its brake"
                 yield Trouble("moves_without_torque", text, remedy, drive.axis.node_id)

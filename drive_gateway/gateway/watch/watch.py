@@ -153,4 +153,4 @@ def _fault_of(node: Drive) -> Trouble:
 def _following_error(node: Drive, error: float) -> Trouble:
     deaf = "" if node.statusword & FOLLOWS_COMMAND else "; its statusword says that it does not follow it (bit 12 is 0)"
     text = f"{node.label} is {error:.4g} beside its command, allowed {node.axis.following_window:.4g}{deaf}"
-    return Trouble("following_error", text, "look for a collision or a blocked axis, then reset", node.axis.node_id)
+    return Trouble("following_error", text, "look for a collision or a blocked axis", node.axis.node_id)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.config.settings import Times
 from cell.messages import Body, DriveFeedback, OutputEvent, SetpointBlock
@@ -46,6 +47,10 @@ class Executive:
         self.supply = Supply(planner, times.nominal_s)
         self._standing: tuple[Span, Sweep] | None = None
         """Where it stood last, and its body there."""
+        self._told: tuple[list[tuple[Sweep, int, int]], float, Body] | None = None
+        """The newest body, of which pieces of motions, and how much it is widened: one that stands has the same."""
+        self._rested: tuple[NDArray[np.float64], float] | None = None
+        """Joints commanded and measured `(2, n)` of one that stood last, and how far its bodies are apart there [m]."""
         self.timeline = Timeline(self._resting(feedback.block, feedback.tick, standing, 0.0))
         self._left_tick = feedback.tick
         """What was commanded before it lies behind the robot."""
@@ -134,7 +139,10 @@ class Executive:
 
     def _body(self, spans: list[Span], widen_m: float) -> Body:
         pieces = [(self._stood(span), 0, 0) if span.stands else (span.planned.sweep, *span.samples) for span in spans]
-        return body_message(self._planner.model, self._planner.pose_world_base, pieces, widen_m)
+        if self._told is None or self._told[:2] != (pieces, widen_m):
+            body = body_message(self._planner.model, self._planner.pose_world_base, pieces, widen_m)
+            self._told = pieces, widen_m, body
+        return self._told[2]
 
     def _stood(self, span: Span) -> Sweep:
         """Exactly where the robot stands: not grown to the samples around it, which a zone may begin between."""
@@ -158,19 +166,23 @@ class Executive:
         commanded = np.array([block.segment.q[i] for block, i in map(self.timeline.at, ticks)])
         if (commanded == commanded[0]).all():  # it stands, as it does most of the time
             commanded = commanded[:1]
+        joints = np.vstack([commanded, feedback.position])
+        if self._rested is not None and np.array_equal(joints, self._rested[0]):
+            return ticks[0], self._rested[1]
         try:
-            points = self._planner.model.body_and_tcp(np.vstack([commanded, feedback.position]))
+            points = self._planner.model.body_and_tcp(joints)
         except OpenMechanism:
             return None
         away = points[-1] - points[:-1]
-        steps = np.diff(points[:-1], axis=0)
+        steps = points[1:-1] - points[:-2]
         along = np.einsum("mcek,mcek->m", away[:-1], steps)
         whole = np.einsum("mcek,mcek->m", steps, steps)
-        share = np.clip(along / np.where(whole > 0.0, whole, 1.0), 0.0, 1.0)
+        share = (along / np.where(whole > 0.0, whole, 1.0)).clip(0.0, 1.0)
         away[:-1] -= share[:, None, None, None] * steps
         distances = np.sqrt(np.einsum("mcek,mcek->mce", away, away).max(axis=(1, 2)))
         least = float(distances.min())
+        self._rested = (joints, least) if len(commanded) == 1 else None
         near = int(np.argmax(distances <= max(least, FOLLOWING_M)))
-        departs = np.diff(distances[near:], append=np.inf) > 0.0
-        coming = distances[near : near + int(np.argmax(departs)) + 1]
+        departs = np.flatnonzero(distances[near + 1 :] > distances[near:-1])
+        coming = distances[near : near + int(departs[0]) + 1] if len(departs) else distances[near:]
         return ticks[near + int(np.argmin(coming))], least

@@ -79,6 +79,11 @@ class SentBlock:
         return self.path_segment.state(max(0, tick - self.first_tick))
 
     @property
+    def at_motion_begin(self) -> bool:
+        """Whether it ends where that motion begins."""
+        return self.path_segment.stop_tau <= 0.0
+
+    @property
     def at_motion_end(self) -> bool:
         """Whether it ends where that motion ends."""
         return self.path_segment.stop_tau >= self.path.motion.duration_s

@@ -85,6 +85,10 @@ class OutputMarks:
         """Whether something is still to be executed that is due, for a robot at the end of its motion."""
         return bool(self._marks)
 
+    def pending_beside(self, path: Planned) -> bool:
+        """Whether something is still to be executed that is due elsewhere than on this motion."""
+        return any(mark.motion is not path.motion for mark in self._marks.values())
+
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block: its events take the place of those that come after its beginning."""
         earlier = {number: tick for number, tick in self._ticks.items() if tick < block.first_tick}

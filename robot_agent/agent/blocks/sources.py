@@ -77,16 +77,19 @@ class GovernedPath:
 
     _course: _Course
 
-    def __init__(self, supply: Supply, planned: Planned) -> None:
+    def __init__(self, supply: Supply, planned: Planned, backwards: bool = False) -> None:
+        """`backwards`: it ends where what moves the robot now began, and is gone from its end."""
         self._supply = supply
         self._planned = planned
+        self._from_tau = planned.motion.duration_s if backwards else 0.0
+        self._backwards = backwards
 
     def begin(self, join: Join) -> bool:
         """Once the motion is due and may leave its first place."""
         start = self._start(join)
         if start is not None:
             self._course = self._beginning(join, start)
-        return start is not None and self.samples().segment.stop_tau > 0.0
+        return start is not None and self.samples().segment.stop_tau != self._from_tau
 
     def resume(self, join: Join) -> None:
         """Go on along the motion that `join.base` is on, which may have been extended; from rest a little later."""
@@ -106,14 +109,16 @@ class GovernedPath:
     def _start(self, join: Join) -> int | None:
         """The tick at which the motion begins, which comes after what is played; None as long as it is not due."""
         base, wishes, nominal = join.base, join.wishes, self._supply.nominal_s / self._supply.cycle_s
-        if self._planned.motion is base.path.motion or wishes.stop or not base.at_motion_end:
+        arrived = base.at_motion_begin if self._backwards else base.at_motion_end
+        if self._planned.motion is base.path.motion or wishes.stop or not arrived:
             return None
-        start = max(join.tick, base.path_rest_tick, wishes.not_before_tick)
+        settled = base.path_rest_tick + (_SETTLED if self._backwards else 0)
+        start = max(join.tick, settled, wishes.not_before_tick)
         early, late = start > join.tick + nominal, wishes.on_time and start > wishes.not_before_tick
         return None if early or late else start
 
     def _beginning(self, join: Join, start: int) -> _Course:
-        standing = self._supply.governor(self._planned.motion).rest(0.0)
+        standing = self._supply.governor(self._planned.motion).rest(self._from_tau)
         return _Course(self._supply, join, self._planned, standing, 0, start)
 
     def _block(self, stop: bool) -> SentBlock:

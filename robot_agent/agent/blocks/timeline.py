@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import replace
 
 from cell.messages import DriveFeedback
@@ -96,17 +97,15 @@ class Timeline:
 
     def spans(self, from_tick: int, candidate: SentBlock | None = None) -> list[Span]:
         """All motion from a tick to rest: of the accepted blocks, of those that may still be, and of a candidate."""
-        spans = [_span(self.newest, from_tick, self.newest.rest_tick)]
+        played = [(self.newest, from_tick, self.newest.rest_tick)]
         until = self.newest.first_tick
         for block in itertools.islice(reversed(self._accepted), 1, None):
             if until < from_tick:
                 break
-            spans.append(_span(block, from_tick, until))
+            played.append((block, from_tick, until))
             until = block.first_tick
-        spans.reverse()
         undecided = self._open if candidate is None else [*self._open, candidate]
-        spans.extend(_span(block, block.first_tick, block.rest_tick) for block in undecided)
-        return _merged(spans)
+        return _spans([*reversed(played), *((block, block.first_tick, block.rest_tick) for block in undecided)])
 
     def stands(self, from_tick: int, candidate: SentBlock | None = None) -> bool:
         """Whether there is no motion in these spans."""
@@ -124,18 +123,13 @@ def _on(longer: Extended, block: SentBlock) -> SentBlock:
     return replace(block, followed=replace(followed, planned=longer, given=replace(followed.given, path=path)))
 
 
-def _span(block: SentBlock, from_tick: int, until_tick: int) -> Span:
-    tau = block.segment.tau
-    ends = float(tau[block.index(from_tick)]), float(tau[block.index(until_tick)])
-    return Span(block.planned, min(ends), max(ends))
-
-
-def _merged(spans: list[Span]) -> list[Span]:
-    """One span per motion, in the order in which the motions first appear."""
-    by_motion: dict[int, Span] = {}
-    for span in spans:
-        known = by_motion.get(id(span.planned.motion))
-        if known is not None:
-            span = Span(span.planned, min(known.first_tau, span.first_tau), max(known.last_tau, span.last_tau))
-        by_motion[id(span.planned.motion)] = span
-    return list(by_motion.values())
+def _spans(pieces: Iterable[tuple[SentBlock, int, int]]) -> list[Span]:
+    """Of blocks, each from one tick to another: one span per motion, in the order in which the motions first appear."""
+    planned: dict[int, Planned] = {}
+    taus: dict[int, list[float]] = {}
+    for block, from_tick, until_tick in pieces:
+        motion, tau = id(block.planned.motion), block.segment.tau
+        planned[motion] = block.planned
+        ends = tau.item(block.index(from_tick)), tau.item(block.index(until_tick))
+        taus.setdefault(motion, []).extend(ends)
+    return [Span(planned[motion], min(each), max(each)) for motion, each in taus.items()]

@@ -184,6 +184,7 @@ class Decisions:
             return Virtual()
         if mode is Mode.JOGGING:
             self._jogging.end("stopped")
+            self._interruption.stop()
             return Done(f"{self._robot} comes to rest", mode)
         if not (self._run.running or self._run.interrupted):
             return Done(f"{self._robot} is not running a program", mode)
@@ -374,7 +375,7 @@ class Decisions:
             name, names, told = said.part, now.parts, now.part
             text = f"{self._robot} holds {'nothing' if name is None else name}"
         if name is not None and name not in names:
-            known = ", ".join(names) or "it has none"
+            known = ", ".join(names) or "none"
             return Refused(f"no {said.verb} {name!r}; in the robot file of {self._robot} are: {known}")
         if (refused := self._busy(mode, situation)) is not None:
             return refused
@@ -456,8 +457,8 @@ class Decisions:
             axes = self._axes(command, planner, situation.feedback.commanded)
         except Untaught as error:
             return Refused(str(error))
-        if mode is Mode.HALTED:
-            self._run.fail("the robot was jogged off its path by an operator")
+        if self._run.running:
+            self._interruption.leave("the robot was jogged off its path by an operator")
         self._jogging.begin(command, planner, made_at, axes)
         doing = f"goes to {command.point}" if isinstance(command, Go) else f"jogs along {command.axis}"
         return Done(f"{self._robot} {doing} while the key is held", after(mode, ModeEvent.JOG))
@@ -559,7 +560,7 @@ class Decisions:
             )
         self._pace.override = percent / 100.0
         if percent < 0.0:
-            back = "no farther than this motion's beginning, and not into a zone that it has given up"
+            back = "no farther than what is kept of it, and not into a zone that it has given up"
             return Done(f"{self._robot} goes back along its path at {-percent:g} %, {back}", mode)
         return Done(f"{self._robot} follows its path at {percent:g} % of the planned speed", mode)
 

@@ -176,7 +176,7 @@ class Teaching:
     def joints_of(self, name: str, planner: Planner, start: NDArray[np.float64]) -> NDArray[np.float64]:
         """Joints `(n,)` at a point, on the branch that is nearest to `start` `(n,)`. Raises `Untaught`."""
         if name not in self._points.named:
-            none = f"it has none: cell teach {self._robot} NAME"
+            none = f"none: cell teach {self._robot} NAME"
             raise Untaught(f"no point {name!r}, allowed {near(name, self._points.named, none)}")
         try:
             position, orientation, aim = settled(Aim(name), (None,) * 3, None, self._points.named, BASE)

@@ -14,8 +14,25 @@ from robot_agent.trajectory import Motion
 from robot_agent.workspace import Crossing, MotionSections, Sweep
 
 
+class _Steps:
+    """Steps that are planned together, with one tool and one part."""
+
+    __slots__ = ()
+    steps: tuple[MotionStep, ...]
+
+    @property
+    def mounted(self) -> Mounted:
+        """What is mounted during all steps."""
+        return self.steps[0].mounted
+
+    @property
+    def line(self) -> int:
+        """The program line of the first step."""
+        return self.steps[0].line
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class PlanRequest:
+class PlanRequest(_Steps):
     """Plan consecutive steps from rest at `start` `(n,)` to rest."""
 
     id: int
@@ -31,19 +48,9 @@ class PlanRequest:
     aimed: NDArray[np.float64] | None = None
     """The pose `(4, 4)` to which the step before led, where the robot may be beside it."""
 
-    @property
-    def mounted(self) -> Mounted:
-        """What is mounted during all steps."""
-        return self.steps[0].mounted
-
-    @property
-    def line(self) -> int:
-        """The program line of the first step."""
-        return self.steps[0].line
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ExtendRequest:
+class ExtendRequest(_Steps):
     """Plan steps that go on from a motion in full motion at its tau `splice_s` [s]; its tau up to `cut_s` is forgotten.
 
     `cut_s` is at most `splice_s`.
@@ -71,16 +78,6 @@ class ExtendRequest:
     """As in `PlanRequest`."""
     aimed: NDArray[np.float64] | None = None
     """As in `PlanRequest`."""
-
-    @property
-    def mounted(self) -> Mounted:
-        """As in `PlanRequest`."""
-        return self.steps[0].mounted
-
-    @property
-    def line(self) -> int:
-        """The program line of the first step."""
-        return self.steps[0].line
 
     @property
     def start(self) -> NDArray[np.float64]:

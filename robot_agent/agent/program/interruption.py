@@ -1,9 +1,9 @@
 """A program that a stop has interrupted: where the robot left its path, how far it is from there, and the way back.
 
-A fault, an emergency stop and drives that are switched off take a robot off its path, and nothing brings it back but
-an operator. As long as its drives are supplied it is noted where on its path the robot is. Once it is enabled again it
-is HALTED when no joint is farther from there than its window, else OFF_PATH. The way back is a slow joint move; from
-rest at its end the program goes on along the old motion.
+A fault, an emergency stop, drives that are switched off and a jog take a robot off its path, and nothing brings it
+back but an operator. As long as its drives are supplied it is noted where on its path the robot is. Once it is enabled
+again, or the jog is over, it is HALTED when no joint is farther from there than its window, else OFF_PATH. The way back
+is a slow joint move; from rest at its end the program goes on along the old motion.
 """
 
 import itertools
@@ -88,7 +88,13 @@ class Interruption:
         if not self._run.interrupted:
             self._cause = why
             self._run.hold(self._tick)
-        self._run.interrupt(f"{self._cause}; when it is enabled, the status says how far from its path it is")
+        then = "once it stands with its drives on, the status says how far from its path it is"
+        self._run.interrupt(f"{self._cause}; {then}")
+
+    def leave(self, why: str) -> None:
+        """Somebody leads the robot, which rests, off its path: it was left where it stands now."""
+        self.interrupt(why)
+        self._supplied = False
 
     def _can_be_kept(self) -> bool:
         led = bool(self._run.correction) or self._run.correction_ends

@@ -12,6 +12,8 @@ from robot_agent.language import Meet
 
 _IN_TIME_S = 0.06
 """So long before the others leave a robot must know of it, to leave with them: its next block is made by then."""
+_GOES_ON_S = 0.1
+"""A halt has to be over so long before: then the feedback has said so too."""
 
 
 class Meetings:
@@ -32,6 +34,10 @@ class Meetings:
         """The newest at which it waited; None while it does not."""
         self._waits: Attendance | None = None
         self._left: dict[str, dict[str, Arrival]] = {}
+        self._leaving: tuple[str, int] | None = None
+        """The meeting of which it knows in time when all leave, and that tick; None once they have left."""
+        self._halted_at = 0
+        """The newest tick at which its program was halted meanwhile."""
 
     def told(self, mode: Mode) -> Meets:
         """For the presence; only a robot that runs its program waits."""
@@ -44,10 +50,10 @@ class Meetings:
 
         Answers what an operator should know of how it left; mostly nothing.
         """
-        meet = self._run.at_meeting
+        meet, behind = self._run.at_meeting, self._left_behind(tick, cycle_s)
         if meet is None:
             self._waits = self._tick = None
-            return ""
+            return behind
         if meet is not self._meet:
             self._meet, self._number, self._waited = meet, self._number + 1, 0
         elif self._tick is not None:
@@ -63,7 +69,7 @@ class Meetings:
         if meet.timeout_s is not None and self._waited * cycle_s >= meet.timeout_s:
             self._run.fail(f"line {meet.line}: not left within {meet.timeout_s:g} s: {self._run.held_up}")
             self._waits = None
-        return ""
+        return behind
 
     def _is_released(self, status: MeetingStatus) -> bool:
         return status.released.get(self._robot) == Arrival(self._boot, self._number)
@@ -77,7 +83,22 @@ class Meetings:
         self._left[meet.meeting] = dict(status.released)
         self._waits = None
         self._run.leave_meeting(tick, at_tick)
-        return "" if left_s >= _IN_TIME_S else f"leaves meeting {meet.meeting} not together with the others: {late}"
+        self._leaving = (meet.meeting, at_tick) if left_s >= _IN_TIME_S else None
+        return "" if self._leaving is not None else _late(meet.meeting, late)
+
+    def _left_behind(self, tick: int, cycle_s: float) -> str:
+        """The others leave at that tick, without a robot whose program is halted so long that its next block is not
+        made by then."""
+        if self._leaving is None:
+            return ""
+        meeting, leave_tick = self._leaving
+        if self._run.held:
+            self._halted_at = tick
+        if tick < leave_tick:
+            return ""
+        self._leaving = None
+        in_time = (leave_tick - self._halted_at) * cycle_s >= _GOES_ON_S
+        return "" if in_time else _late(meeting, "its program was halted until it was too late for that")
 
     def _why(self, status: MeetingStatus | None, now: float) -> str:
         """Why it waits, for people."""
@@ -90,3 +111,7 @@ class Meetings:
         deadlocks = () if self._zones.state is None else self._zones.state.deadlocks
         mine = next((each for each in deadlocks if self._robot in each.robots), None)
         return missing if mine is None else f"{missing}; that lasts for ever, {mine.text}: {mine.remedy}"
+
+
+def _late(meeting: str, why: str) -> str:
+    return f"leaves meeting {meeting} not together with the others: {why}"

@@ -17,6 +17,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Extended, PlanFailed, Planned
 from robot_agent.agent.program.flag_counts import FlagCounts
 from robot_agent.agent.program.shared_variables import SharedVariables
+from robot_agent.agent.program.trail import Trail
 from robot_agent.language import (
     AwaitAnswer,
     AwaitInput,
@@ -49,6 +50,7 @@ class ProgramRun:
         """The Zenoh keys that it asks for."""
         self.lookahead = Lookahead()
         self.outputs = OutputMarks()
+        self.trail = Trail()
         self.flags = FlagCounts(program.name, cell_variables)
         self._cell_variables = cell_variables
         self.variables: dict[str, float] = {}
@@ -70,6 +72,8 @@ class ProgramRun:
         """The first motion ends then; None when nobody says so, or after it."""
         self._pause = (0, 0, "")
         """Line of the newest pause, the tick at which it begins, and what it is."""
+        self._leaves_at = 0
+        """The tick at which all leave the newest meeting: a halt before it delays nothing."""
         self._held_since: int | None = None
         """The tick at which the program was halted; None while it goes on."""
         self._goes_since = 0
@@ -119,11 +123,13 @@ class ProgramRun:
         self.state, self.error, self.line = ProgramState.RUNNING, "", 0
         self.waited_s = {}
         self.resume_tick, self._pause = at_tick or 0, (0, 0, "")
+        self._leaves_at = 0
         self.starting, self.end_tick = at_tick is not None, end_tick
         self._held_since, self._goes_since, self._beside = None, 0, None
         self.correction, self.correction_ends = "", False
         self.outputs.drop()
         self.flags.drop()
+        self.trail.forget()
         part.begins.variables |= self._cell_variables.mine
         self.lookahead.start(part.program, q, mounted, begins=part.begins)
 
@@ -148,7 +154,7 @@ class ProgramRun:
         if unknown is None:
             return ""
         line, output = unknown
-        known = ", ".join(self.outputs.names) or "it has none"
+        known = ", ".join(self.outputs.names) or "none"
         return (
             f"line {line} of {self._program.name} switches the output {output!r}, "
             f"which its gateway does not know; in its drives file are: {known}"
@@ -160,7 +166,7 @@ class ProgramRun:
         if unknown is None:
             return ""
         line, signal = unknown
-        known = ", ".join((inputs if signal.kind == "DI" else self.outputs.names) or ()) or "it has none"
+        known = ", ".join((inputs if signal.kind == "DI" else self.outputs.names) or ()) or "none"
         return (
             f"line {line} of {self._program.name} asks for the {signal}, "
             f"which its gateway does not know; in its drives file are: {known}"
@@ -183,6 +189,7 @@ class ProgramRun:
             self.state, self.error = state, error
         self.correction, self.correction_ends = "", False
         self.outputs.drop()
+        self.trail.forget()
         self.lookahead.stop()
 
     def interrupt(self, why: str) -> None:
@@ -203,10 +210,15 @@ class ProgramRun:
         """The program goes on at a tick, with the rest of a pause that was begun."""
         if self._held_since is None:
             return
-        since, self._held_since, self._goes_since = self._held_since, None, tick
-        if self.resume_tick > since and not self.starting:
+        since, self._held_since, self._goes_since = max(self._held_since, self._leaves_at), None, tick
+        if self.resume_tick > since and tick > since and not self.starting:
             self.resume_tick += tick - since
             self.outputs.postpone(since, tick - since)
+
+    @property
+    def held(self) -> bool:
+        """Whether the program stands still, a pause with it."""
+        return self._held_since is not None
 
     def accepted(self, block: SentBlock) -> None:
         """The gateway has accepted a block."""
@@ -227,11 +239,12 @@ class ProgramRun:
         if path is not None:
             self.outputs.ahead(path)
         if path is not None and isinstance(head, Planned) and head.motion is path.motion:
+            self.trail.begun(head)
             self.lookahead.advance()
 
     def events(self, block: SentBlock, executive: Executive, halted: bool) -> tuple[OutputEvent, ...]:
-        """The outputs that a block is to switch; none once the program has ended, wherever its block leads."""
-        if not self.running:
+        """The outputs that a block is to switch; none once the program has ended, and where all of them were."""
+        if not self.running or self.trail.behind(block.path):
             return ()
         return self.outputs.events(block, executive.supply.nominal, halted)
 
@@ -247,6 +260,8 @@ class ProgramRun:
             return
         if isinstance(result, Extended) and executive is not None and self.running and not stepping:
             taken = executive.timeline.exchange(old, result)
+            if taken:
+                self.trail.extended(result)
         else:
             taken = False
         self.lookahead.extended(result, taken, now)
@@ -269,16 +284,26 @@ class ProgramRun:
             return []
         return self.lookahead.extend(timeline.reach(), timeline.at(tick)[0].path_state(tick).tau, zones, now)
 
-    @property
-    def follower(self) -> Planned | None:
-        """The motion to begin when the present one has ended."""
+    def follower(self, path: Planned) -> Planned | None:
+        """The motion to begin when this one has ended."""
+        if done := self.trail.after(path):
+            return done[0]
         head = self.lookahead.head
         return self._beside or (head if isinstance(head, Planned) else None)
 
-    @property
-    def begins_tick(self) -> int:
-        """The follower does not begin before this tick."""
-        return self.resume_tick if self._beside is None else 0
+    def before(self, path: Planned) -> Planned | None:
+        """The motion to go back on from the beginning of this one, once all is switched that came before it."""
+        led = bool(self.correction) or self.correction_ends or self.starting
+        return None if led or self.outputs.pending_beside(path) else self.trail.before(path)
+
+    def motions(self, path: Planned) -> tuple[Planned, ...]:
+        """All that is planned from the motion on which the robot is, this one first."""
+        present = (path, *self.trail.after(path))
+        return (*present[:-1], *self.lookahead.motions(present[-1]))
+
+    def begins_tick(self, path: Planned) -> int:
+        """What follows a motion does not begin before this tick."""
+        return 0 if self._beside is not None or self.trail.behind(path) else self.resume_tick
 
     def stand_beside(self, executive: Executive, planner: Planner, tick: int) -> None:
         """Let the robot follow from where it stands, as long as what it follows has come and no next motion may begin.
@@ -292,8 +317,11 @@ class ProgramRun:
             newest = executive.timeline.newest
             self._beside = planner.standstill(newest.path.motion.q(np.array(newest.path_segment.stop_tau)), ())
 
-    def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float) -> None:
-        """Take the steps that move nothing, once the robot rests after its motion with all outputs switched."""
+    def settle(self, executive: Executive, feedback: DriveFeedback, cycle_s: float, *, backwards: bool) -> None:
+        """Take the steps that move nothing, once the robot rests after its motion with all outputs switched.
+
+        None is taken while it is to go `backwards`.
+        """
         self.outputs.executed(feedback.event, feedback.tick)
         self.to_mount = self.at_meeting = self.at_wait = None
         if not executive.at_motion_end or self._stands_at is not self.lookahead.head:
@@ -301,15 +329,17 @@ class ProgramRun:
         if self.running:
             self.variables = self.lookahead.variables
             playing = executive.timeline.at(feedback.tick)[0]
-            self.flags.follow(playing.path, playing.path_state(feedback.tick).tau)
+            if not self.trail.behind(playing.path):
+                self.flags.follow(playing.path, playing.path_state(feedback.tick).tau)
         before: object = self
-        while before is not self.lookahead.head:
+        while before is not self.lookahead.head and not backwards:
             before = self.lookahead.head
             self._settle_head(executive, feedback.tick, cycle_s)
 
     def _settle_head(self, executive: Executive, tick: int, cycle_s: float) -> None:
         path_rest_tick = executive.timeline.path_rest_tick
         arrived = executive.at_motion_end and tick >= path_rest_tick
+        arrived = arrived and not self.trail.behind(executive.timeline.newest.path)
         if not self.running or self._held_since is not None or not arrived or self.outputs.pending:
             return
         rest_tick = max(path_rest_tick, self.resume_tick, self.outputs.done_tick, self._goes_since)
@@ -329,6 +359,7 @@ class ProgramRun:
             match head:
                 case TrackingOn(name=name):
                     self.correction = name
+                    self.trail.forget()
                     self.lookahead.advance()
                 case TrackingOff():
                     self.correction_ends = True
@@ -369,12 +400,14 @@ class ProgramRun:
     def carries(self) -> None:
         """The T, ATTACH or DETACH to which the program has come is done."""
         self.to_mount, self.held_up = None, ""
+        self.trail.forget()
         self.lookahead.advance()
 
     def leave_meeting(self, tick: int, at_tick: int) -> None:
         """All have come to the MEET to which the program has come, as is known at `tick`; it goes on at `at_tick`."""
         if self.at_meeting is not None:
             self.resume_tick, self._pause = at_tick, (self.at_meeting.line, tick, "MEET")
+            self._leaves_at = at_tick
             self.at_meeting, self.held_up = None, ""
             self.lookahead.advance()
 
@@ -391,6 +424,7 @@ class ProgramRun:
     def corrected_to(self, q: NDArray[np.float64]) -> None:
         """A correction has ended, with the robot at rest at `q` `(n,)`: the program goes on from there."""
         self.correction = ""
+        self.trail.forget()
         if self.correction_ends:
             self.correction_ends = False
             self.lookahead.advance_from(q)
@@ -417,8 +451,10 @@ class ProgramRun:
             return frozenset()
         return timeline.at(tick)[0].path.spaces_off & timeline.newest.path.spaces_off
 
-    def why_idle(self, tick: int, cycle_s: float) -> str:
-        """Why a robot at rest does not move although its program runs; empty when that is not the program's doing."""
+    def why_idle(self, path: Planned, tick: int, cycle_s: float) -> str:
+        """Why a robot at rest on a motion does not move although its program runs; empty when it is not that."""
+        if self.trail.behind(path):
+            return ""
         if self.starting and tick <= self.resume_tick:
             return f"the common start, in {(self.resume_tick - tick) * cycle_s:.1f} s"
         if self._pause[1] <= tick < self.resume_tick:

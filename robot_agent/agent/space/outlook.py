@@ -26,7 +26,10 @@ class Outlook:
         self._owner = 0
         self._known: tuple[object, ...] = ()
         self._way: PlannedWay | None = None
-        self._piece_of: dict[int, int] = {}
+        self._pieces_of: dict[int, list[int]] = {}
+        """By section: more than one where a way comes again exactly as it was, round after round."""
+        self._at = 0
+        """The piece in which the robot was last."""
         self._told_at = -np.inf
         self._number = 0
 
@@ -38,14 +41,18 @@ class Outlook:
         known = (owner, more, *planned)
         if known == self._known:
             return
+        if known[:1] + known[2:3] != self._known[:1] + self._known[2:3]:
+            self._at = 0  # another motion is the first one
         self._known, self._told_at = known, -np.inf
+        self._pieces_of = {}
         if not planned:
-            self._way, self._piece_of = None, {}
+            self._way = None
             return
-        pieces, self._piece_of = Sections(), {}
+        pieces = Sections()
         for motion in planned:
             coarse, which = _coarse(motion)
-            self._piece_of |= dict(zip(motion.sections.ids.tolist(), (which + len(pieces)).tolist(), strict=True))
+            for section, piece in zip(motion.sections.ids.tolist(), (which + len(pieces)).tolist(), strict=True):
+                self._pieces_of.setdefault(section, []).append(piece)
             pieces = pieces.joined(coarse)
         self._number += 1
         self._way = PlannedWay(self._robot, self._boot, owner, self._number, more, pieces)
@@ -62,11 +69,21 @@ class Outlook:
         """Number of the newest plan; 0: none."""
         return 0 if self._way is None else self._way.number
 
-    def pieces(self, sections: Sections) -> Pieces:
-        """`(s,)`: in which piece of the newest plan each section lies. Empty without a plan."""
+    def follow(self, sections: Sections) -> Pieces:
+        """`(s,)`: in which piece of the newest plan each section of the robot's way lies, from where it is on.
+
+        Empty without a plan. Of a section that comes several times it is the piece nearest to the one before.
+        """
         if self._way is None:
             return np.empty(0, np.uint32)
-        return np.array([self._piece_of.get(each, NO_PIECE) for each in sections.ids.tolist()], np.uint32)
+        at, pieces = self._at, []
+        for section in sections.ids.tolist():
+            found = self._pieces_of.get(section)
+            if found is not None:
+                at = found[0] if len(found) == 1 else min(found, key=lambda piece: abs(piece - at))
+            pieces.append(NO_PIECE if found is None else at)
+        self._at = next((piece for piece in pieces if piece != NO_PIECE), self._at)
+        return np.array(pieces, np.uint32)
 
 
 @lru_cache(maxsize=32)

@@ -200,7 +200,7 @@ class SharedSpace:
         capsules = range(len(use.model.body))
         links = tuple(owned_by(part_of(use.model, capsule)) for capsule in capsules)
         fixed = tuple(capsule for capsule in capsules if use.model.body[capsule].link == 0)
-        return Way(whole, committed, owned, links, fixed, self.outlook.plan, self.outlook.pieces(whole))
+        return Way(whole, committed, owned, links, fixed, self.outlook.plan, self.outlook.follow(whole))
 
     def _mine(self, sections: Sections) -> NDArray[np.bool_]:
         """Which of them are owned."""

@@ -57,7 +57,7 @@ class Standing:
     interruption: Interruption
     space: SharedSpace
 
-    def wishes(self, supply: Supply, now: float) -> Wishes:
+    def wishes(self, executive: Executive, now: float) -> Wishes:
         """For a block that is made at `now` [s]."""
 
         def holds(planned: Planned, segment: Segment, index: int) -> list[Hold]:
@@ -70,7 +70,7 @@ class Standing:
             stop=self.mode in (Mode.ESTOP, Mode.FAULT),
             holds=holds,
             cap_m_s=self.pace.cap_m_s,
-            source=None if jog is None else Jogged(supply, jog),
+            source=None if jog is None else Jogged(executive.supply, jog),
         )
 
     def wants(self, _executive: Executive, _tick: int) -> dict[str, float]:
@@ -116,11 +116,9 @@ class Standing:
         """What of a motion may not be entered now from `tau` [s], with the zone where it is that."""
         return [*self.zones.holds_on(planned, tau, now), *self.space.holds_on(planned, self.corrections.beside_m)]
 
-    def _way_on(self, newest: SentBlock, following: Planned | None, now: float, backwards: bool = False) -> Sections:
+    def _way_on(self, newest: SentBlock, following: Planned | None, now: float) -> Sections:
         """Along what `newest` is on and what follows it, as far as may be asked for and no zone or input is closed."""
         path, stop, beside_m = newest.path, newest.path_segment.stop_tau, self.corrections.beside_m
-        if backwards:
-            return onward(path, beside_m, stop, stop - _SPACE_AHEAD_S)
         until, ends = stop + _SPACE_AHEAD_S, path.motion.duration_s
         some = Sections()
         if stop < ends:
@@ -146,18 +144,21 @@ class BeingJogged(Standing):
 
     def _reason(self, _resting: Executive | None, _tick: int, _now: float) -> Cause:
         source = self.jogging.source
-        return Cause("" if source is None else self.jogging.ended_by or source.ruled_by)
+        if source is None:
+            return Cause("")
+        return Cause(source.ruled_by if source.held else self.jogging.ended_by)
 
 
 class Running(Standing):
     """Its program moves it."""
 
-    def wishes(self, supply: Supply, now: float) -> Wishes:
-        correction = self.corrections.wish(supply.planner, now)
+    def wishes(self, executive: Executive, now: float) -> Wishes:
+        correction = self.corrections.wish(executive.supply.planner, now)
+        path = executive.timeline.newest.path
         return replace(
-            super().wishes(supply, now),
-            source=self._next(supply, corrected=correction is not None),
-            not_before_tick=self.run.begins_tick,
+            super().wishes(executive, now),
+            source=self._next(executive.supply, path, corrected=correction is not None),
+            not_before_tick=0 if self.pace.backwards else self.run.begins_tick(path),
             on_time=self.run.starting,
             end_tick=self.run.end_tick,
             correction=correction,
@@ -166,25 +167,43 @@ class Running(Standing):
     def ahead(self, newest: SentBlock, _planner: Planner, tick: int, now: float) -> Sections | None:
         if not self._may_move(now) or self.zones.kept_still:
             return None
-        waits_s = (self.run.begins_tick - tick) * newest.planned.motion.cycle_s
-        follower = None if waits_s > _BEFORE_A_START_S or self.corrections.waiting else self.run.follower
-        return self._way_on(newest, follower, now, self.pace.backwards)
+        if self.pace.backwards:
+            return self._way_back(newest)
+        waits_s = (self.run.begins_tick(newest.path) - tick) * newest.planned.motion.cycle_s
+        waits = waits_s > _BEFORE_A_START_S or bool(self.corrections.waiting)
+        return self._way_on(newest, None if waits else self.run.follower(newest.path), now)
 
-    def _next(self, supply: Supply, corrected: bool) -> MotionSource | None:
-        follower = self.run.follower
-        if follower is None or self.corrections.waiting or self.pace.backwards:
+    def _way_back(self, newest: SentBlock) -> Sections:
+        """As far back as may be asked for, along what `newest` is on and what came before it."""
+        path, stop, beside_m = newest.path, newest.path_segment.stop_tau, self.corrections.beside_m
+        some = onward(path, beside_m, stop, stop - _SPACE_AHEAD_S)
+        before = self.run.before(path) if stop < _SPACE_AHEAD_S else None
+        if before is None:
+            return some
+        ends = before.motion.duration_s
+        return some.joined(onward(before, beside_m, ends, ends + stop - _SPACE_AHEAD_S))
+
+    def _next(self, supply: Supply, path: Planned, corrected: bool) -> MotionSource | None:
+        """What moves the robot next from the end of a motion, or backwards from its beginning."""
+        if self.pace.backwards:
+            before = self.run.before(path)
+            return None if before is None else GovernedPath(supply, before, backwards=True)
+        follower = self.run.follower(path)
+        if follower is None or self.corrections.waiting:
             return None
         return CorrectedPath(supply, follower) if corrected else GovernedPath(supply, follower)
 
     def wants(self, executive: Executive, tick: int) -> dict[str, float]:
-        pause_s = max(0, self.run.resume_tick - tick) * executive.cycle_s
-        return self.corrections.wants | _zones_ahead(executive, self._coming(), tick, pause_s)
+        path = executive.timeline.newest.path
+        pause_s = max(0, self.run.begins_tick(path) - tick) * executive.cycle_s
+        return self.corrections.wants | _zones_ahead(executive, self._coming(path), tick, pause_s)
 
-    def _coming(self) -> list[Item]:
+    def _coming(self, path: Planned) -> list[Item]:
         """What comes next, up to where the program waits, or is decided: others may need a zone to come there."""
         if self.corrections.waiting:
             return []
-        return list(takewhile(lambda item: not self._waits(item), self.run.lookahead.items))
+        coming = takewhile(lambda item: not self._waits(item), self.run.lookahead.items)
+        return [*self.run.trail.after(path), *coming]
 
     def _waits(self, item: Item) -> bool:
         part = isinstance(item, TrackingOn) and self.corrections.waits_for_part(item.name)
@@ -193,8 +212,11 @@ class Running(Standing):
     def _reason(self, resting: Executive | None, tick: int, now: float) -> Cause:
         if resting is None:  # what it follows may move it while its program waits
             return Cause(self.run.held_up if self.run.at_wait is not None else "")
-        why = self.run.why_idle(tick, resting.cycle_s) or self.corrections.waiting
-        return Cause(why) if why else self._held_back(resting, self.run.follower, self.pace.override, now)
+        path = resting.timeline.newest.path
+        if self.pace.backwards:
+            return self._held_back_backwards(resting.timeline.newest, now)
+        why = self.run.why_idle(path, tick, resting.cycle_s) or self.corrections.waiting
+        return Cause(why) if why else self._held_back(resting, self.run.follower(path), self.pace.override, now)
 
     def _held_back(self, executive: Executive, follower: Planned | None, override: float, now: float) -> Cause:
         """Who holds it back on its path or in front of the next motion."""
@@ -210,13 +232,23 @@ class Running(Standing):
             motion, tau = follower, 0.0
         if override == 0.0:
             return Cause(self.pace.requests[0].who)
-        if override < 0.0:
-            return Cause(newest.segment.ruled_by or f"{self.pace.requests[0].who}: at the beginning of this motion")
         blocking = [held for held in self._closed(motion, tau, now) if held[1].until > tau]
         if not blocking:
             return Cause("")
         zone, hold = min(blocking, key=lambda held: held[1].tau)
         return Cause(hold.who, zone)
+
+    def _held_back_backwards(self, newest: SentBlock, now: float) -> Cause:
+        """Who holds it on its way back, in a motion or at the beginning of one."""
+        if not self.zones.fresh(now):
+            return Cause(self.zones.silence)
+        before = self.run.before(newest.path) if newest.at_motion_begin else None
+        if before is None:
+            who = self.pace.requests[0].who
+            return Cause(newest.segment.ruled_by or f"{who}: at the beginning of what is kept of its path")
+        ends = before.motion.duration_s
+        closed = [(zone, hold) for zone, hold in self._closed(before, ends, now) if hold.tau < ends <= hold.until]
+        return Cause(closed[0][1].who, closed[0][0]) if closed else Cause("")
 
     @property
     def _unheard(self) -> Cause:
@@ -227,7 +259,7 @@ class Running(Standing):
 class Returning(Running):
     """It goes back to the path of its interrupted program."""
 
-    def wishes(self, supply: Supply, now: float) -> Wishes:
+    def wishes(self, executive: Executive, now: float) -> Wishes:
         """Forwards along the way back at reduced speed, whatever direction the operator wants on the path itself."""
         way = self.interruption.follower
         requests = [RateRequest(abs(each.rate), each.who) for each in self.pace.requests]
@@ -238,7 +270,7 @@ class Returning(Running):
             stop=False,
             holds=lambda planned, segment, index: self._zone_holds(planned, segment.state(index).tau, now),
             cap_m_s=MANUAL_SPEED_M_S,
-            source=None if way is None else GovernedPath(supply, way),
+            source=None if way is None else GovernedPath(executive.supply, way),
         )
 
     def ahead(self, newest: SentBlock, _planner: Planner, _tick: int, now: float) -> Sections | None:

@@ -81,7 +81,7 @@ class Progress:
         if self.run.start_missed(feedback.tick):
             why = self.doing(mode).reason(executive, feedback.tick, now).text or "the robot was held up"
             self.run.fail(f"the common start was missed: {why}{_START_AGAIN.format(self.robot)}")
-        self.run.settle(executive, feedback, executive.cycle_s)
+        self.run.settle(executive, feedback, executive.cycle_s, backwards=self.pace.backwards)
         if late := self.meetings.follow(feedback.tick, executive.cycle_s, now):
             self.report.event(Severity.WARNING, "late_for_meeting", late, "see what delays the manager's messages")
         self.waits.follow(feedback.tick)

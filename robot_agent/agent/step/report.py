@@ -1,7 +1,5 @@
 """What the agent tells everyone: the robot's state and events."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +23,10 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.program.program_run import ProgramRun
 from robot_agent.agent.step.present_move import PresentMove
 from robot_agent.kinematics import Model, OpenMechanism
+
+Joints = tuple[float, ...]
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 
 _RESERVE_EVERY = 10
 """States: what is left of a motion changes slowly, and takes longer to work out than all else in a state."""
@@ -66,31 +68,40 @@ class Reporter:
     ) -> RobotState:
         """The robot's state at the newest feedback; without one nothing is said about where it is."""
         self._sequence += 1
-        state = RobotState(
+        joints, position, quaternion, move, reserve = None, None, None, None, None
+        speed, governor, correction = None, None, None
+        if feedback is not None:
+            speed, governor, correction = _commanded(run, feedback, executive, planner)
+            joints, position, quaternion = _measured(feedback, planner)
+            move = self._move(run, feedback, executive)
+            reserve = self._left(feedback, planner) if position is not None else None
+            self._reserve = reserve
+        return RobotState(
             robot=self._robot,
             boot=self._boot,
             sequence=self._sequence,
             mode=mode,
             program=run.status,
-            joints=None,
-            tcp_position_m=None,
-            tcp_quaternion_xyzw=None,
-            tcp_speed_m_s=None,
-            governor=None,
+            joints=joints,
+            tcp_position_m=position,
+            tcp_quaternion_xyzw=quaternion,
+            tcp_speed_m_s=speed,
+            governor=governor,
             pace=pace,
             zones=zones,
             waiting_for=waiting_for,
             waited_s=dict(run.waited_s),
             alarms=alarms,
+            correction=correction,
+            reserve=reserve,
+            move=move,
         )
-        if feedback is None:
-            return state
-        state = replace(_measured(state, run, feedback, executive, planner), move=self._move(run, feedback, executive))
-        if state.tcp_position_m is None:
-            self._reserve = None
-        elif self._reserve is None or self._sequence % _RESERVE_EVERY == 0:
-            self._reserve = _reserve(planner.model, feedback.position)
-        return replace(state, reserve=self._reserve)
+
+    def _left(self, feedback: DriveFeedback, planner: Planner) -> Reserve:
+        """What is left of motion, or was some states ago."""
+        if self._reserve is None or self._sequence % _RESERVE_EVERY == 0:
+            return _reserve(planner.model, feedback.position)
+        return self._reserve
 
     def _move(self, run: ProgramRun, feedback: DriveFeedback, executive: Executive | None) -> MoveStatus | None:
         if executive is None or not run.running:
@@ -102,30 +113,37 @@ class Reporter:
         return self._present_move.at(executive.supply.planner, block.path.motion, tau)
 
 
-def _measured(
-    state: RobotState, run: ProgramRun, feedback: DriveFeedback, executive: Executive | None, planner: Planner
-) -> RobotState:
-    """With what the feedback says; joints that are not referenced, and a TCP that cannot be, stay None."""
-    speed, governor, correction = 0.0, None, None
-    if executive is not None:
-        block, index = executive.timeline.at(feedback.tick)
-        segment, path = block.segment, block.path_segment.state(index)
-        speed = float(planner.model.tool_speed(segment.q[index], segment.qd[index]))
-        if block.followed is not None and run.correction:
-            x, y, z, a, b, c = block.followed.given.offset(index).tolist()
-            correction = CorrectionStatus(run.correction, (x, y, z), (a, b, c))
-        governor = GovernorStatus(path.rate, path.tau, block.path.motion.duration_s, segment.ruled_by)
-    state = replace(state, tcp_speed_m_s=speed, governor=governor, correction=correction)
+def _commanded(
+    run: ProgramRun, feedback: DriveFeedback, executive: Executive | None, planner: Planner
+) -> tuple[float, GovernorStatus | None, CorrectionStatus | None]:
+    """How fast the tool is [m/s], how its motion is gone through, and what is beside that."""
+    if executive is None:
+        return 0.0, None, None
+    block, index = executive.timeline.at(feedback.tick)
+    segment, path = block.segment, block.path_segment.state(index)
+    governor = GovernorStatus(path.rate, path.tau, block.path.motion.duration_s, segment.ruled_by)
+    correction = None
+    if block.followed is not None and run.correction:
+        x, y, z, a, b, c = block.followed.given.offset(index).tolist()
+        correction = CorrectionStatus(run.correction, (x, y, z), (a, b, c))
+    qd = segment.qd[index]
+    speed = float(planner.model.tool_speed(segment.q[index], qd)) if qd.any() else 0.0
+    return speed, governor, correction
+
+
+def _measured(feedback: DriveFeedback, planner: Planner) -> tuple[Joints | None, Vector | None, Quaternion | None]:
+    """Joints, and where the TCP is [m] and how it is turned; None for joints that are not referenced, and for a TCP
+    that cannot be so."""
     if not feedback.referenced:
-        return state
-    state = replace(state, joints=tuple(feedback.position.tolist()))
+        return None, None, None
+    joints = tuple(feedback.position.tolist())
     try:
         pose = compose(planner.pose_world_base, planner.model.forward(feedback.position))
     except OpenMechanism:
-        return state
+        return joints, None, None
     x, y, z = pose[:3, 3].tolist()
     qx, qy, qz, qw = from_matrix(pose[:3, :3]).tolist()
-    return replace(state, tcp_position_m=(x, y, z), tcp_quaternion_xyzw=(qx, qy, qz, qw))
+    return joints, (x, y, z), (qx, qy, qz, qw)
 
 
 def _reserve(model: Model, q: NDArray[np.float64]) -> Reserve:

@@ -97,13 +97,21 @@ class Cobot(ClosedForm, SerialModel):
         along = (ahead[3] - g["a5y"] * ahead[1])[:, None] - g["a4z"] * z4_ahead
         height = up[3] - g["a5y"] * up[1] - g["a1z"] - g["a4z"] * z4_up
         squared = along * along + height * height
+        missing = beyond_reach(np.sqrt(squared), g["a2x"], g["a3x"])
+        turn = wrist.turn_within_rounding(missing * np.sqrt(squared), g["a4z"] * (along * x4_ahead + height * x4_up))
+        if turn.any():
+            x4_ahead, z4_ahead = x4_ahead - turn * z4_ahead, z4_ahead + turn * x4_ahead
+            x4_up, z4_up = x4_up - turn * z4_up, z4_up + turn * x4_up
+            along = (ahead[3] - g["a5y"] * ahead[1])[:, None] - g["a4z"] * z4_ahead
+            height = up[3] - g["a5y"] * up[1] - g["a1z"] - g["a4z"] * z4_up
+            squared = along * along + height * height
         triangle = elbow_triangle(squared, g["a2x"], g["a3x"])
         j2 = -np.arctan2(height, along)[:, None] - ELBOW_SIGN * triangle.at_joint[:, None]
         j3 = ELBOW_SIGN * (np.pi - triangle.at_elbow)[:, None]
         j4 = np.arctan2(-x4_up, x4_ahead)[:, None] - j2 - j3
         excess = np.where(inside_cylinder < 0, inside_cylinder, beyond_reach(np.sqrt(squared), g["a2x"], g["a3x"]))
         return Raw(
-            joints=(j1[:, None, None], j2, j3, j4, wrist.j5[:, None], wrist.j6[:, None]),
+            joints=(j1[:, None, None], j2, j3, j4, wrist.j5[:, None], wrist.turned_j6(turn)[:, None]),
             excess_m=excess[:, None],
             singular=(wrist.straight | on_axis)[:, None, None],
         )
@@ -126,6 +134,12 @@ class Cobot(ClosedForm, SerialModel):
         return j1, cos1, sin1, on_axis, -beyond(abs(aside) - radius)
 
 
+_ROUNDING = 4e-15
+"""Of what a pose says about J6, times the sine of J5."""
+_STRAIGHT = 4e-10
+"""A lower sine counts as this one: frame 4 is turned by small angles only."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Wrist:
     """Joints 5 and 6; both wrists have one J5 and J6 where J6 is free."""
@@ -146,6 +160,20 @@ class Wrist:
         x = cos5 * (cos6 * row[0] + sin6 * row[2]) - sin5 * row[1]
         z = cos6 * row[2] - sin6 * row[0]
         return self.sign * x[:, None], self.sign * z[:, None]
+
+    def turn_within_rounding(self, missing: Array, gained: Array) -> Array:
+        """By which angle `(side, wrist, pose)` frame 4 has to turn for the elbow to reach, where J6 leaves that open.
+
+        The reach misses `missing` and gains `gained` by the angle. The nearer J5 is to 0, the less the pose says about
+        J6: what an arm that is stretched misses by the rounding of J6 is none. 0 where that is not so.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = np.where(missing == 0.0, 0.0, missing / gained)
+        return np.where(np.abs(turn) * np.maximum(self.positive[1], _STRAIGHT)[:, None] < _ROUNDING, turn, 0.0)
+
+    def turned_j6(self, turn: Array) -> Array:
+        """J6 with frame 4 turned by small angles `(side, wrist, pose)` where J5 is as good as 0 or a half turn."""
+        return np.asarray(self.j6 - self.positive[0][:, None] * turn)
 
 
 def _wrist(aside: Array, held_j6: Array) -> Wrist:

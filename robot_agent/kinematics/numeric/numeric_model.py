@@ -25,7 +25,7 @@ from robot_agent.kinematics.singularity import SingularityDistance
 from robot_agent.kinematics.solutions import Solutions
 from robot_agent.kinematics.turns import TURN, nearest_turn
 from robot_agent.kinematics.urdf.bare_urdf import UrdfDescription
-from robot_agent.kinematics.urdf.urdf_chain import UrdfChain, read_urdf, urdf_problems
+from robot_agent.kinematics.urdf.urdf_chain import UrdfChain, urdf_problems
 from robot_agent.model.description import CapsuleBody, LinkMass, RobotDescription, UrdfSource
 from robot_agent.model.families import family
 from robot_agent.model.robot_file import RobotFile
@@ -77,7 +77,7 @@ class NumericModel(SerialModel):
     def __init__(self, description: RobotDescription) -> None:
         if description.urdf is None:
             raise BadInput("robot description", "no URDF", "one that names the URDF of its chain")
-        self._urdf: UrdfChain = read_urdf(description.urdf)
+        self._urdf: UrdfChain = _read(description.urdf)
         super().__init__(description, self._urdf.chain)
         self._tcp_reach_m = float(farthest(self._places(self.n, description.pose_flange_tcp[None, :3, 3]))[0])
         self._length_m = max(self._tcp_reach_m, 1e-3)
@@ -219,7 +219,7 @@ class BareUrdf(NumericModel):
     """A URDF without a robot file: kinematics only."""
 
     def __init__(self, source: UrdfSource) -> None:
-        super().__init__(UrdfDescription(source, read_urdf(source)))
+        super().__init__(UrdfDescription(source, _read(source)))
 
     @property
     def capsule_radii(self) -> Array:
@@ -234,6 +234,12 @@ class BareUrdf(NumericModel):
 
     def _problems(self) -> Iterator[str]:
         yield from ()
+
+
+def _read(source: UrdfSource) -> UrdfChain:
+    from robot_agent.kinematics.urdf.urdf_reader import read_urdf  # Pinocchio takes 0.4 s, which only a URDF waits for
+
+    return read_urdf(source)
 
 
 def _spread(limits: Array, count: int) -> Array:

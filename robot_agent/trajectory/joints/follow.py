@@ -154,6 +154,9 @@ class _Follower:
                 index = error.index
                 fine = index == 0 or nodes[index] - nodes[index - 1] < _FINEST_M or len(nodes) > _MOST_NODES
                 if error.reason is not Reason.BRANCH_CHANGE or fine:
+                    if self._flips:  # the wrist may flip, it does not have to
+                        self._flips = False
+                        continue
                     limit, hint = _TRACKING[error.reason]
                     where = float(nodes[index])
                     raise self._refuse(where, str(error.violation), hint, error.joint, limit, poses[index]) from error

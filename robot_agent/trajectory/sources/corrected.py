@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -26,8 +26,10 @@ Numbers = NDArray[np.float64]
 _TRIES = 6
 _MORE = 1.1
 _BELOW = 1.02
+_SLOWER = 0.6
+"""How much slower what leads into something is tried next."""
 _LEAST = 0.02
-"""Share of the correction's acceleration below which the robot rather stops."""
+"""Share of the correction's acceleration, or of all speed, below which the robot rather stops."""
 _GENTLEST_RAMP = 0.25
 """Least share of what the joints allow that the path's ramp is left with, whatever the correction needs."""
 _CLOSING_STOP_S = 0.4
@@ -57,25 +59,46 @@ class CorrectionLimits:
 
 @dataclass(frozen=True, slots=True)
 class _Effort:
-    """Shares: of the path's rate, of the correction's acceleration and jerk, of what the path's ramp may use."""
+    """Shares: of the path's rate, of the correction's acceleration and jerk, of what the path's ramp may use; and of
+    the speeds of the correction and its target."""
 
     rate: float
     acceleration: float
     jerk: float
     ramp: float = 1.0
+    speed: float = 1.0
 
     def within(self, excess: Excess) -> "_Effort":
         """Less of what exceeds its limit: a slower path for speed, gentler correction and ramp for the others."""
         shares = np.array([excess.speed, excess.acceleration, excess.jerk])
         rate, acceleration, jerk = np.where(shares > 1.0, 1.0 / (_BELOW * shares), 1.0).tolist()
         ramp = max(self.ramp * min(acceleration, jerk), _GENTLEST_RAMP)
-        return _Effort(self.rate * rate, self.acceleration * acceleration, self.jerk * jerk, ramp)
+        return _Effort(self.rate * rate, self.acceleration * acceleration, self.jerk * jerk, ramp, self.speed)
+
+    def slower(self) -> "_Effort":
+        """As hard, but path and correction slower."""
+        return replace(self, rate=_SLOWER * self.rate, speed=_SLOWER * self.speed)
 
     def at_least(self, share: float) -> "_Effort":
-        return _Effort(max(self.rate, share), max(self.acceleration, share), max(self.jerk, share), self.ramp)
+        """A path that waits stays so."""
+        return replace(
+            self,
+            rate=max(self.rate, share) if self.rate > 0.0 else 0.0,
+            acceleration=max(self.acceleration, share),
+            jerk=max(self.jerk, share),
+            speed=max(self.speed, share),
+        )
 
     def more(self) -> "_Effort":
-        return _Effort(*(min(1.0, _MORE * share) for share in (self.rate, self.acceleration, self.jerk, self.ramp)))
+        shares = (self.rate, self.acceleration, self.jerk, self.ramp, self.speed)
+        return _Effort(*(min(1.0, _MORE * share) for share in shares))
+
+
+@dataclass(frozen=True, slots=True)
+class _InTheWay:
+    """What a block would lead into, for people."""
+
+    why: str
 
 
 _PATH_WAITS = _Effort(0.0, 1.0, 1.0)
@@ -87,7 +110,8 @@ class CorrectedSource:
 
     The correction never jumps: it approaches its target within its own limits and then moves with it. What is given
     keeps the joints' limits of position and speed and what a ramp may use of acceleration and jerk; for speed the path
-    gives way, for the others the correction and the path's ramp become gentler. A request for rate 0 stops both; a hold
+    gives way, for the others the correction and the path's ramp become gentler. In front of what it must not enter
+    both get slower, and stand close to it. A request for rate 0 stops both; a hold
     bounds tau alone, so the tool still moves with its target there. Where the corrected path would leave the reach or a
     joint's limits the robot stops and `ruled_by` says why; it goes on when that is over. A ramp brings path time and
     correction to rest in the world.
@@ -122,7 +146,8 @@ class CorrectedSource:
         self._jerk = np.repeat([c.jerk_m_s3, c.angular_jerk_rad_s3], 3)
         self._given = CorrectedBlock.standing(segment.remainder(segment.length, ""))
         self._index = 0
-        self._effort = _Effort(1.0, 1.0, 1.0)
+        self._efforts = [_Effort(1.0, 1.0, 1.0), _PATH_WAITS]
+        """What was admissible last, of path and correction together, and of the correction while the path waits."""
         self.requests: Sequence[RateRequest] = ()
         self.holds: Sequence[Hold] = ()
         self.target = Target.none()
@@ -185,10 +210,9 @@ class CorrectedSource:
             self.ruled_by = slowest.who
             return self._stopped(begun, _TRIES)
         why = f"correction: {_CANNOT_FOLLOW}"
-        for effort in (self._effort.more(), _PATH_WAITS):
-            found, effort, reason = self._eased(begun, count, effort, _TRIES)
-            if effort.rate > 0.0:
-                self._effort = effort.at_least(_LEAST)
+        for which, last in enumerate(self._efforts):
+            found, effort, reason = self._eased(begun, count, last.more(), _TRIES)
+            self._efforts[which] = effort.at_least(_LEAST)
             if found is not None:
                 held_up = effort.rate < 1.0
                 self.ruled_by = (reason or why) if held_up else found.path.ruled_by
@@ -216,8 +240,8 @@ class CorrectedSource:
             if isinstance(found, str):
                 return None, effort, f"correction: {found}"
             why = f"correction: {found.why}" if found.why else why
-            effort = effort.within(found)
-            if effort.acceleration < _LEAST:
+            effort = effort.slower() if isinstance(found, _InTheWay) else effort.within(found)
+            if min(effort.acceleration, effort.speed) < _LEAST:
                 break
         return None, effort, why
 
@@ -226,8 +250,8 @@ class CorrectedSource:
         stopped, _, _ = self._eased(begun, 0, _PATH_WAITS, tries)
         return begun if stopped is None or stopped.states.count > begun.states.count else stopped
 
-    def _attempt(self, begun: CorrectedBlock, count: int, effort: _Effort) -> CorrectedBlock | Excess | str:
-        """One block with an effort; what exceeds a limit, or why there is none."""
+    def _attempt(self, begun: CorrectedBlock, count: int, effort: _Effort) -> CorrectedBlock | Excess | _InTheWay | str:
+        """One block with an effort; what exceeds a limit or is in the way, or why there is none."""
         requests = [*self.requests, RateRequest(effort.rate, "correction")]
         stop = count == 0 or effort.rate == 0.0
         path = self._governor.next(begun.path, 0, requests, self.holds, stop, self._cap_m_s, effort.ramp)
@@ -246,7 +270,8 @@ class CorrectedSource:
         excess = (self._admission if count > 0 else self._braking).excess(states, begun.before)
         if max(excess.speed, excess.acceleration, excess.jerk) > 1.0:
             return excess
-        return self._clear(states) or CorrectedBlock(path, correction, states, begun.before)
+        why = self._clear(states)
+        return _InTheWay(why) if why else CorrectedBlock(path, correction, states, begun.before)
 
     def _correction(self, present: Numbers, count: int, effort: _Effort) -> Numbers:
         """Offset, velocity, acceleration `(3, m, 6)`, `present` `(3, 6)` first: towards the target, then to rest."""
@@ -254,12 +279,13 @@ class CorrectedSource:
         parts, end = [present[:, None]], present
         if count > 0:
             times = sample_times(count + 1, self._cycle_s)[1:]
-            gap, closing = present[0] - self.target.offset, present[1] - self.target.speed
+            speed = effort.speed * self.target.speed
+            gap, closing = present[0] - self.target.offset, present[1] - speed
             slow = np.minimum(hardest * _CLOSING_STOP_S / 2.0, jerk * _CLOSING_STOP_S**2 / 4.0)
-            way = approach(gap, closing, present[2], np.minimum(self._speed, slow), hardest, jerk)
+            way = approach(gap, closing, present[2], effort.speed * np.minimum(self._speed, slow), hardest, jerk)
             following = sampled_course(way, times)
-            following[0] += self.target.offset + times[:, None] * self.target.speed
-            following[1] += self.target.speed
+            following[0] += self.target.offset + times[:, None] * speed
+            following[1] += speed
             parts.append(following)
             end = following[:, -1]
         ramp = self._ramp_factor

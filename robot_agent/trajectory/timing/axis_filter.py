@@ -25,6 +25,8 @@ _MOST_EVEN = 4000
 _EXACT = 2e-7
 _SAMPLES = 8
 """Per window, at which the TCP is compared with where it would be without the filter."""
+_NEAR_LARGEST, _LOOKED_AT, _FINER = 0.7, 16, 2
+"""The largest deviation is looked for beside samples with so much of it, at most so many, so many times finer."""
 _ROUNDING = 1e-9
 _SAME = 1.0005
 """A clock that had to be slower by no more than this may stay as it is."""
@@ -168,7 +170,8 @@ def _tcp(
     now = model.forward(after.position(t))[:, :3, 3]
     away = np.linalg.norm(was[near] - now[:, None], axis=2)
     nearest = own[near[np.arange(len(near)), away.argmin(axis=1)]]
-    deviation = float(np.minimum(away.min(axis=1), _distances(model, raw.pieces, nearest, step, now)).max())
+    deviations = np.minimum(away.min(axis=1), _distances(model, raw.pieces, nearest, step, now))
+    deviation = _largest(model, raw.pieces, after, t, nearest, deviations, step)
     allowed = _allowed(stretches, np.interp(own, raw.times, raw.parameters), limits)
     earlier = own < raw.lead_s
     allowed[earlier] = _speeds(model, raw.pieces, own[earlier]) + _ROUNDING
@@ -198,6 +201,23 @@ def _speeds(model: Model, pieces: Pieces, t: Numbers) -> Numbers:
     """Linear and angular speed of the TCP `(k, 2)`."""
     twist = (model.jacobian(pieces.position(t)) @ pieces.derivatives(t)[0][..., None])[..., 0]
     return np.stack([np.linalg.norm(twist[:, :3], axis=1), np.linalg.norm(twist[:, 3:], axis=1)], axis=1)
+
+
+def _largest(
+    model: Model, path: Pieces, after: Pieces, t: Numbers, nearest: Numbers, deviations: Numbers, step: float
+) -> float:
+    """The largest deviation [m], between the samples `t` `(k,)` too: looked for beside those that come near to it."""
+    high = np.flatnonzero(deviations >= _NEAR_LARGEST * deviations.max())
+    for _ in range(_FINER):
+        if len(high) > _LOOKED_AT:
+            high = high[np.argsort(-deviations[high])[:_LOOKED_AT]]
+        beside = step * np.linspace(-0.5, 0.5, 5)
+        t = np.clip(t[high, None] + beside, 0.0, after.duration_s).ravel()
+        nearest = (nearest[high, None] + beside).ravel()
+        places = model.forward(after.position(t))[:, :3, 3]
+        deviations, step = _distances(model, path, nearest, 2.0 * step, places), step / 4.0
+        high = np.arange(len(t))
+    return float(deviations.max())
 
 
 def _distances(model: Model, path: Pieces, near: Numbers, step: float, places: Numbers) -> Numbers:

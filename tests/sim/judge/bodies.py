@@ -53,8 +53,11 @@ class BodyIsPublished(Invariant):
             return
         age = sample.at - sample.shown.at
         hindered = self.facts.hindered(sample.robot, sample.shown.at)
-        if hindered and age > self.facts.cell.times.fresh_s:
-            return  # a robot that is silent may be anywhere: so says the manager, which blocks its zones
+        silent = age > self.facts.cell.times.fresh_s or not self.facts.alive(f"robot/{sample.robot}")
+        if hindered and silent:
+            # One that is silent may be anywhere: so says the manager once it has noticed, and blocks its zones. What a
+            # drive does that fails before, while no agent lives, nobody can know.
+            return
         missing = float(sample.shown.misses(sample.points[None], sample.tcp[None])[0])
         if missing > (_HINDERED_M if hindered else _BODY_TOLERANCE_M):
             what = f"it is {1000 * missing:.1f} mm outside the body that it published {age:.3f} s before"

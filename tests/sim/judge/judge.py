@@ -44,6 +44,7 @@ ALL: tuple[type[Invariant], ...] = (
     motion.StandsWithoutTorque,
     motion.StopsEndAtRest,
     motion.BlocksKeepComing,
+    motion.HaltsEnd,
     motion.BlocksEndAtRest,
     motion.BlocksAreTaken,
     states.ModesHaveCauses,
@@ -84,7 +85,7 @@ class Judge:
         self._delivered = self._handlers("delivered")
         self._effects = self._handlers("effects")
         kinds = [each for each in self.invariants if type(each).look is not Invariant.look]
-        self._looks = [each.look for each in kinds]
+        self._looks = [self._judged(each.look) for each in kinds]
         self.facts.on_samples = self._look
         world.on_published.append(self._on_published)
         world.on_delivered.append(self._on_delivered)
@@ -96,24 +97,24 @@ class Judge:
         handlers: dict[type, list[Callable[[str, Any], None]]] = defaultdict(list)
         for invariant in self.invariants:
             for message, handler in getattr(invariant, kind).items():
-                handlers[message].append(handler)
+                handlers[message].append(self._judged(handler))
         return handlers
 
     def _on_published(self, name: str, message: object) -> None:
         if name == STRANGER:
             return
         for handler in self._published.get(type(message), ()):
-            self._judge(handler, name, message)
+            handler(name, message)
         self.facts.published(message)
 
     def _on_delivered(self, name: str, message: object) -> None:
         for handler in self._delivered.get(type(message), ()):
-            self._judge(handler, name, message)
+            handler(name, message)
         self.facts.delivered(name, message)
 
     def _on_effect(self, name: str, effect: Effect) -> None:
         for handler in self._effects.get(type(effect), ()):
-            self._judge(handler, name, effect)
+            handler(name, effect)
 
     def _on_life(self, name: str, what: str) -> None:
         self.facts.lived(name, what)
@@ -122,18 +123,24 @@ class Judge:
 
     def _look(self, sample: Sample) -> None:
         for look in self._looks:
-            self._judge(look, sample)
+            look(sample)
 
     def flush(self) -> None:
         """Judge everything that was kept for later."""
         self.facts.flush()
         for invariant in self.invariants:
-            self._judge(invariant.flush)
+            self._judged(invariant.flush)()
 
-    def _judge(self, what: Callable[..., None], *arguments: object) -> None:
-        try:
-            what(*arguments)
-        except Broken as broken:
-            if self._on_broken is None:
-                raise
-            self._on_broken(broken)
+    def _judged(self, what: Callable[..., None]) -> Callable[..., None]:
+        """What does the same, and tells what it finds broken where it has not to be raised."""
+        on_broken = self._on_broken
+        if on_broken is None:
+            return what
+
+        def judge(*arguments: object) -> None:
+            try:
+                what(*arguments)
+            except Broken as broken:
+                on_broken(broken)
+
+        return judge

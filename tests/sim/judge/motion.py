@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.core import Request
 from cell.messages import (
@@ -40,6 +41,8 @@ _BEFORE = 4
 """Judged samples that are kept: a jerk takes four."""
 _BLOCK_ARRIVES_S = 0.2
 """So long after it was sent, at the latest, what a block begins is played."""
+_TURNS_S = 1.0
+"""So long after its override is no longer negative, at the latest, a robot that went back goes on."""
 _JOINING = 1e-6
 """[rad or m] A block may begin so much beside what is commanded."""
 _MOVES = (Run, Continue, Return, Step, Jog)
@@ -53,6 +56,7 @@ class _Commanded:
     at: list[float] = field(default_factory=list)
     axes: list[Floats] = field(default_factory=list)
     jogged: list[bool] = field(default_factory=list)
+    backwards: list[bool] = field(default_factory=list)
     judged: int = 0
     plans: int = 0
     """So many had been made when the samples were taken."""
@@ -60,7 +64,8 @@ class _Commanded:
     def forget(self, kept: int) -> None:
         """All are judged; keep the newest."""
         start = len(self.at) - kept
-        self.at, self.axes, self.jogged = self.at[start:], self.axes[start:], self.jogged[start:]
+        self.at, self.axes = self.at[start:], self.axes[start:]
+        self.jogged, self.backwards = self.jogged[start:], self.backwards[start:]
         self.judged = len(self.at)
 
 
@@ -72,6 +77,7 @@ class _OfCommands(Invariant):
         self._commanded = {robot: _Commanded() for robot in facts.robots}
         self._jogging = dict.fromkeys(facts.robots, False)
         self._jogged_at = dict.fromkeys(facts.robots, -inf)
+        self._backwards_at = dict.fromkeys(facts.robots, -inf)
 
     @property
     def published(self) -> Handlers:
@@ -86,15 +92,18 @@ class _OfCommands(Invariant):
         if not feedback.enabled:
             kept.forget(0)
             return
-        moved = bool(kept.axes) and not np.array_equal(kept.axes[-1], feedback.commanded)
         state = facts.states.get(robot)
         if state is not None and state.mode is Mode.JOGGING:
             self._jogged_at[robot] = facts.now
+        if state is not None and state.pace.override < 0.0:
+            self._backwards_at[robot] = facts.now
         jogs = facts.now - self._jogged_at[robot] < _BLOCK_ARRIVES_S
-        self._jogging[robot] = jogs or (moved and self._jogging[robot])
+        moves_on = self._jogging[robot] and bool(kept.axes) and not np.array_equal(kept.axes[-1], feedback.commanded)
+        self._jogging[robot] = jogs or moves_on
         kept.at.append(facts.now)
         kept.axes.append(feedback.commanded)
         kept.jogged.append(self._jogging[robot])
+        kept.backwards.append(facts.now - self._backwards_at[robot] < _TURNS_S)
 
     def flush(self) -> None:
         for robot in self._commanded:
@@ -136,7 +145,8 @@ class WithinLimits(_OfCommands):
 
 
 class OnThisMotion(_OfCommands):
-    """The robot is on the motion that its program has come to or, on its way back, on that; never on an older one."""
+    """The robot is on the motion that its program has come to or, on its way back, on that; never on an older one, but
+    where a negative override takes it back over one after another."""
 
     name = "on this motion"
 
@@ -172,6 +182,8 @@ class OnThisMotion(_OfCommands):
             if self._back[robot] != backs[0].id:
                 # What a robot had not followed yet when it was stopped may lie on the motion before.
                 self._back[robot], self._cursor[robot] = backs[0].id, max(self._cursor[robot] - 1, 0)
+        # In a loop the motions behind are as those ahead: who goes back is looked for behind first.
+        left = self._gone_back(robot, q, moved, left, kept)
         cursor, on_it = self._cursor[robot], len(moved) - int(left.sum())
         while left.any() and cursor < len(planned):
             motion = planned[cursor]
@@ -187,6 +199,24 @@ class OnThisMotion(_OfCommands):
             everywhere = self._off(planned, q[moved[left]], allowed)
             old = "an older motion" if (everywhere <= allowed).all() else "no motion that was planned"
             self.broken(robot, f"it is on {old}", kept.at[worst])
+
+    def _gone_back(
+        self, robot: str, q: Floats, moved: NDArray[np.intp], left: NDArray[np.bool_], kept: _Commanded
+    ) -> NDArray[np.bool_]:
+        """Which of `moved` are still `left` on no motion, with those that a robot may have gone back to."""
+        back = left & np.array(kept.backwards)[moved]
+        planned = self.facts.world.seen.planned[robot][: kept.plans]
+        cursor = min(self._cursor[robot], len(planned) - 1)
+        while back.any() and cursor >= 0:
+            motion = planned[cursor]
+            if motion.id >= 0:
+                off = self._off([motion], q[moved[back]], self._allowed[robot]) > self._allowed[robot]
+                if not off.all():
+                    self._cursor[robot] = cursor
+                left[back] = off
+                back[back] = off
+            cursor -= 1
+        return left
 
 
 class PlaysBlocks(Invariant):
@@ -587,6 +617,46 @@ class BlocksKeepComing(Invariant):
         silent_s = facts.now - self._since.setdefault(robot, facts.now)
         if silent_s > self._GAP_S:
             self.broken(robot, f"{state.mode.value}, and it sent no block for {silent_s:.2f} s")
+
+
+class HaltsEnd(Invariant):
+    """The blocks of a robot that is halted end when the first of them does, or a softer ramp along the path; what its
+    drives do meanwhile says less, for it may end by itself."""
+
+    name = "a halt ends at rest"
+    _SOFTER_S = 0.4
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._ends: dict[str, tuple[int, int]] = {}
+        """Owner, and the tick at which the first block of a halted robot rests."""
+        self._late: dict[str, str] = {}
+        """What is wrong, unless the robot is told in the same step to have gone on."""
+
+    @property
+    def published(self) -> Handlers:
+        return {RobotState: self._state, SetpointBlock: self._block}
+
+    def _block(self, _: str, block: SetpointBlock) -> None:
+        robot, row = block.robot, rest_row(block)
+        state = self.facts.states.get(robot)
+        if state is None or state.mode is not Mode.HALTED or row == 0:
+            return
+        rests_at = block.first_tick + row
+        owner, first = self._ends.get(robot, (block.owner, rests_at))
+        if owner != block.owner:
+            first = rests_at
+        self._ends[robot] = block.owner, first
+        late_s = (rests_at - first) * block.dt_s
+        if late_s > self._SOFTER_S:
+            self._late[robot] = f"it is halted, and a block leads {late_s:.2f} s beyond the end of its halt"
+
+    def _state(self, _: str, state: RobotState) -> None:
+        late = self._late.pop(state.robot, "")
+        if state.mode is not Mode.HALTED:
+            self._ends.pop(state.robot, None)
+        elif late:
+            self.broken(state.robot, late)
 
 
 class BlocksEndAtRest(Invariant):

@@ -245,15 +245,19 @@ class OutputsByOrder(Invariant):
             self.broken(name, f"{robot} has been stopped for {stopped_s:.2f} s, and {what}")
 
     def _ordered(self, feedback: DriveFeedback, rising: int) -> bool:
-        """A fault may be found in the cycle in which an output is switched."""
+        """A fault may be found in the cycle in which an output is switched, and a claim may end in it."""
         if not feedback.enabled and feedback.robot in self._stopped_since:
             return False
         return any(
             event.value and rising >> event.output & 1
             for (owner, _), sent in self.facts.blocks[feedback.robot].items()
-            if owner == feedback.owner and self.facts.now - sent.at < self._RECENT_S
+            if owner in (feedback.owner, self._owner_before(feedback)) and self.facts.now - sent.at < self._RECENT_S
             for event in sent.message.events
         )
+
+    def _owner_before(self, feedback: DriveFeedback) -> int:
+        boot, owner, _ = self._played.get(feedback.robot, ("", 0, 0))
+        return owner if boot == feedback.boot and not feedback.owner else feedback.owner
 
     def _kept(self, robot: str) -> int:
         gateway = self.facts.gateway_of(robot).partition("/")[2]

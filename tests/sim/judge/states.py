@@ -24,7 +24,7 @@ from cell.messages import (
     Step,
     ZoneState,
 )
-from tests.sim.judge.facts import Facts, Sample, rest_row
+from tests.sim.judge.facts import Facts, Floats, Sample, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 
 _CAUSES: dict[Mode, tuple[type, ...]] = {
@@ -221,6 +221,12 @@ class FaultyDrivesStop(Invariant):
         self._since: dict[str, float] = {}
         self._beside_since: dict[str, float] = {}
         self._thawed_at: dict[str, float] = {}
+        self._windows = {robot: self._windows_of(robot) for robot in facts.robots}
+
+    def _windows_of(self, robot: str) -> Floats:
+        """The following windows of its axes, `(n,)` [rad or m]."""
+        gateway = self.facts.world.bundle.gateways[self.facts.cell.robots[robot].gateway]
+        return np.array([axis.following_window for axis in gateway.robots[robot].axes])
 
     def lived(self, name: str, what: str) -> None:
         if what == "thawed":
@@ -251,9 +257,8 @@ class FaultyDrivesStop(Invariant):
         robot, facts = feedback.robot, self.facts
         gateway = facts.world.bundle.gateways[name.partition("/")[2]]
         axes = gateway.robots[robot].axes
-        windows = np.array([axis.following_window for axis in axes])
         allowed_s = gateway.overrun_limit_s + max(axis.following_time_s for axis in axes) + self._BESIDE_S
-        away = np.abs(feedback.position - feedback.commanded) / windows
+        away = np.abs(feedback.position - feedback.commanded) / self._windows[robot]
         if not feedback.enabled or away.max() < self._BESIDE:
             self._beside_since.pop(robot, None)
             return

@@ -123,7 +123,10 @@ class UnkindBench(GatewayBench):
         """Raises `Refused`: J1 did not find its home point."""
         self.stands(False)
         before = self.places
-        if self.set_up(Home(self.robot, ())) != "done":
+        reply = self.ask(Home(self.robot, ()))
+        if not reply.ok:
+            raise Refused(reply.text)
+        if self.held() != "done":
             self._quiet()
             raise Refused(self.said[0])
         assert abs(self.places[1] - before[1]) < AT_REST, "only J1 homes"

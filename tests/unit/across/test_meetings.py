@@ -63,6 +63,10 @@ class Program:
     def at_meeting(self) -> Meet | None:
         return None if self.halted else self.waits
 
+    @property
+    def held(self) -> bool:
+        return self.halted
+
     def leave_meeting(self, _tick: int, at_tick: int) -> None:
         self.waits, self.left_at = None, at_tick
 

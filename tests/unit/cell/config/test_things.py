@@ -11,7 +11,7 @@ from cell.config.settings import BoxShape, CylinderShape, HalfSpaceShape, MeshSh
 from tests.unit.config_world import CELL, Copy
 
 POSE = "pose: {X: 0, Y: 0, Z: 500, A: 0, B: 0, C: 0}"
-TETRAHEDRON = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n"
+TETRAHEDRON = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 
 
 def with_thing(folder: Path, thing: str) -> Copy:
@@ -57,6 +57,17 @@ def test_what_is_wrong_with_a_thing_is_told_at_its_place(thing: str, says: str, 
     bundle, problems = check_cell(with_thing(tmp_path, thing).cell)
     assert bundle is None
     assert [problem for problem in problems if says in str(problem) and "things.table" in str(problem)], problems
+
+
+def test_a_mesh_that_does_not_close_is_told_and_allowed(tmp_path: Path) -> None:
+    copy = with_thing(tmp_path, f"{POSE}, mesh: {{file: part.obj, unit: mm}}")
+    for text, warned in ((TETRAHEDRON, False), (TETRAHEDRON.replace("f 1 2 4\n", ""), True)):
+        (copy.folder / "two_arms" / "part.obj").write_text(text)
+        bundle, problems = check_cell(copy.cell)
+        assert bundle is not None
+        told = [str(each) for each in problems if "triangles that do not close" in str(each)]
+        assert len(told) == warned
+        assert all("things.table.mesh.file" in each for each in told)
 
 
 def test_a_program_that_leads_into_a_thing_is_told_with_its_line_and_the_way_that_is_free(tmp_path: Path) -> None:

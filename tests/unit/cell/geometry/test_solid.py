@@ -20,6 +20,7 @@ from cell.geometry import (
     point_box_distance,
     pose_from,
 )
+from tests.unit.block_mesh import block, obj_file
 
 RNG = np.random.default_rng(11)
 TURNED = pose_from(np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.2, 0.3, 0.9]) / np.linalg.norm([0.1, 0.2, 0.3, 0.9]))
@@ -61,12 +62,6 @@ def test_a_half_space_is_all_below_its_plane() -> None:
     np.testing.assert_allclose(floor.capsule_distance(ends, np.array(0.1)), [0.2, -0.3, 0.0], atol=1e-15)
 
 
-def block(size: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.array(size) / 2.0
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return corners, np.array([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))])
-
-
 @given(ends=CAPSULE)
 @settings(max_examples=50, deadline=None)
 def test_a_solid_that_is_moved_is_the_one_that_was_made_there(ends: np.ndarray) -> None:
@@ -87,19 +82,6 @@ def test_a_solid_that_is_moved_is_the_one_that_was_made_there(ends: np.ndarray) 
                 np.testing.assert_array_equal(other.size, box.size)
 
 
-def test_a_mesh_in_the_form_of_a_box_has_the_distances_of_the_box() -> None:
-    size = (0.5, 0.3, 0.8)
-    mesh, box = Mesh(*block(size), TURNED), Box(np.array(size), TURNED)
-    ends, radii = RNG.uniform(-1.5, 1.5, (400, 2, 3)), RNG.uniform(0.01, 0.2, 400)
-    of_mesh, of_box = mesh.capsule_distance(ends, radii), box.capsule_distance(ends, radii)
-    apart = of_box > 1e-6
-    assert apart.sum() > 200
-    np.testing.assert_allclose(of_mesh[apart], of_box[apart], atol=1e-5)
-    crosses = (of_box < -1e-6) & (np.abs((ends - TURNED[:3, 3]) @ TURNED[:3, :3]) > np.array(size) / 2).any((-1, -2))
-    assert crosses.sum() > 50
-    assert (of_mesh[crosses] == 0.0).all()
-
-
 @pytest.mark.parametrize(
     "solid",
     [
@@ -118,11 +100,7 @@ def test_the_box_about_a_solid_holds_it(solid: Cylinder | Sphere | Box | Hull) -
 
 
 def test_files_of_triangles_are_read_in_their_unit(tmp_path: Path) -> None:
-    corners, triangles = block((500, 300, 800))
-    file = tmp_path / "block.obj"
-    lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles]
-    file.write_text("\n".join(lines) + "\n")
-    mesh = Mesh.of_file(file, 0.001, np.eye(4))
+    mesh = Mesh.of_file(obj_file(tmp_path / "block.obj", *block((500, 300, 800))), 0.001, np.eye(4))
     above = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
     for each in (mesh, pickle.loads(pickle.dumps(mesh))):  # as it goes to the process that plans
         assert float(each.capsule_distance(above, np.array(0.1))) == pytest.approx(0.5, abs=1e-6)
@@ -137,7 +115,14 @@ def test_a_file_without_triangles_is_refused_by_name(tmp_path: Path, text: str) 
 
 
 @pytest.mark.parametrize(
-    "solid", [Cylinder(0.4, 1.2, TURNED), Sphere(TURNED[:3, 3], 0.5), Box(np.ones(3), TURNED), HalfSpace(TURNED)]
+    "solid",
+    [
+        Cylinder(0.4, 1.2, TURNED),
+        Sphere(TURNED[:3, 3], 0.5),
+        Box(np.ones(3), TURNED),
+        HalfSpace(TURNED),
+        Mesh(*block((1.0, 1.0, 1.0)), TURNED),
+    ],
 )
 def test_an_axis_that_is_deeper_in_a_solid_is_told_so(solid: Solid) -> None:
     out = TURNED[:3, 2] if isinstance(solid, HalfSpace) else TURNED[:3, 0]

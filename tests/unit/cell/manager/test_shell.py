@@ -1,6 +1,5 @@
 """The manager's process, run in a thread, against a real Zenoh client."""
 
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -16,6 +15,7 @@ from cell.messages import FramePose, Heard, ManagerState, PlaceFrame, Presence, 
 from cell.net.errors import EndpointInUse
 from cell.net.options import Link, ZenohOptions
 from cell.net.session import CellSession, new_call
+from tests.ports import free_endpoint
 from tests.unit.config_world import TWO_ARMS
 from tests.unit.manager_world import ball, settings
 
@@ -45,9 +45,7 @@ def running(cell: CellSettings, state_dir: Path, options: ZenohOptions | None = 
 
 @pytest.fixture
 def cell() -> CellSettings:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return replace(settings(), manager_endpoint=f"tcp/127.0.0.1:{probe.getsockname()[1]}")
+    return replace(settings(), manager_endpoint=free_endpoint())
 
 
 class Robots:

@@ -30,17 +30,12 @@ from cell.net.calls import Calls
 from cell.net.errors import CallFailed, CallTimedOut, EndpointInUse, NetError, NoAnswer, Unreachable
 from cell.net.keys import Alive
 from cell.net.session import CellSession, Link, new_call
+from tests.ports import free_endpoint
 
 CELL = "test_cell"
 DEADLINE_S = 10.0
 
 MAYBE = "If it was, this may have been carried out"
-
-
-def endpoint() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
 
 
 def wait_for(condition: Callable[[], object], each: Callable[[], object] = lambda: None) -> None:
@@ -67,7 +62,7 @@ class Cell:
     """A manager, a gateway, an agent and a view, linked as in `docs/architecture.md`, section 3."""
 
     def __init__(self) -> None:
-        self.rendezvous, self.bus = endpoint(), endpoint()
+        self.rendezvous, self.bus = free_endpoint(), free_endpoint()
         self.stack = ExitStack()
 
     def manager(self) -> CellSession:
@@ -308,7 +303,9 @@ def test_a_session_that_frozen_peers_keep_from_closing_is_reported_and_given_up(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     reports: list[str] = []
-    session = CellSession(CELL, Link(mode="peer", listen=(endpoint(),)), "manager", CELL, "b1", report=reports.append)
+    session = CellSession(
+        CELL, Link(mode="peer", listen=(free_endpoint(),)), "manager", CELL, "b1", report=reports.append
+    )
     closed: list[zenoh.Session] = []
     close = zenoh.Session.close
 

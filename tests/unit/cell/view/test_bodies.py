@@ -1,5 +1,6 @@
 """Shapes of the room, made from messages alone."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cell.config.settings import BoxShape, CylinderShape, HalfSpaceShape, HullShape, MeshShape, Shape, SphereShape
+from cell.config.settings import (
+    BoxShape,
+    CylinderShape,
+    HalfSpaceShape,
+    HullShape,
+    MeshShape,
+    PoseSettings,
+    Shape,
+    SpaceKind,
+    SpaceSettings,
+    SphereShape,
+)
 from cell.geometry import segment_distance
 from cell.messages import Mode, PlannedWay, Sections, ZoneGeometry, ZoneState
-from cell.view.bodies import nearest_points, robot_body, smallest_gap, things, triangles, zones
+from cell.view.bodies import nearest_points, robot_body, smallest_gap, spaces, things, triangles, zones
 from tests.unit.cell.view.room import CELL, held_by, manager, presence, robot, seen
 
 coordinate = st.one_of(st.sampled_from([0.0, 1.0, -1.0]), st.floats(-2.0, 2.0, width=32))
@@ -129,3 +141,12 @@ def test_a_half_space_is_a_plate_and_a_file_that_is_not_there_is_left_out(tmp_pa
 
 def test_a_cell_without_things_has_none() -> None:
     assert things(CELL, seen()) == []
+
+
+def test_the_spaces_of_each_robot_are_named_for_both() -> None:
+    pose = PoseSettings((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0))
+    space = SpaceSettings("fence", SpaceKind.SAFE, SphereShape(1.0), pose, 0.0)
+    cell = replace(CELL, robots=CELL.robots | {"left": replace(CELL.robots["left"], spaces=(space,))})
+    ((solid, kind),) = spaces(cell)
+    assert (solid.name, kind) == ("left/fence", SpaceKind.SAFE)
+    assert solid.pose[:3, 3].tolist() == [1.0, 2.0, 3.0]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from cell.core import Arrived
-from cell.messages import Clearance, Deadlock, Event, Mode, Refusal, Severity, ZoneState
+from cell.messages import Clearance, Deadlock, Event, GovernorStatus, Mode, Refusal, Severity, ZoneState
 from cell.view.newest import Newest
 from cell.view.now import Line, NowLines, Tone
 from tests.unit.cell.view.room import CELL, held_by, manager, robot, seen
@@ -102,3 +102,22 @@ def test_a_seek_back_in_a_recording_forgets_what_comes_later() -> None:
     newest = seen(robot(), manager(), now=100.0)
     newest.look([Arrived(manager(), 5.0)], 5.0)
     assert line(newest).mode == "silent"
+
+
+def test_who_is_kept_at_rest_says_by_whom() -> None:
+    held = replace(robot(), governor=GovernorStatus(0.0, 0.4, 2.0, "the manager is silent"))
+    found = line(seen(held, manager()))
+    assert (found.tone, found.reason) == (Tone.WAITS, "the manager is silent")
+
+
+def test_under_an_emergency_stop_the_way_out_is_told_to_its_end() -> None:
+    stop = Event("manager", 1, Severity.ALARM, "estop", "stopped", "find the cause")
+    state = replace(robot(mode=Mode.ESTOP), alarms=("stopped",))
+    found = line(seen(state, manager(), stop))
+    assert "Reset" in found.next
+    assert "Enable" in found.next
+
+
+def test_a_program_that_pauses_needs_nothing() -> None:
+    found = line(seen(robot(waiting_for="WAIT, 0.6 s left"), manager()))
+    assert (found.tone, found.next) == (Tone.WAITS, "nothing: its program pauses")

@@ -85,6 +85,18 @@ def test_events_are_newest_first_with_their_remedy_and_can_be_filtered() -> None
     assert "text 0" not in panels.events(newest.events, Severity.WARNING, newest.now)
 
 
+def test_a_burst_of_events_that_differ_by_numbers_is_one_line() -> None:
+    newest = seen()
+    for i, (at, what) in enumerate(
+        [(0.0, "block"), (20.0, "block"), (21.0, "pause"), (25.0, "block"), (30.0, "block")]
+    ):
+        event = Event("gateway", i, Severity.INFO, "late", f"{what} {i} late", "")
+        newest.look([Arrived(event, 100.0 + at)], 100.0 + at)
+    html = panels.events(newest.events, Severity.INFO, newest.now)
+    assert re.findall(r"(block|pause) (\d) late", html) == [("block", "4"), ("pause", "2"), ("block", "0")]
+    assert html.count("(3 times in 10 s)") == 1
+
+
 def test_the_cell_says_who_has_which_zone() -> None:
     html = panels.cell(seen(manager(handover=held_by("right"))))
     assert "handover" in html

@@ -183,7 +183,7 @@ class Author:
         return " ".join(f"{'XYZ'[axis]}{value:.12f}" for axis, value in values.items())
 
     def _length(self) -> float:
-        return self.rng.choice([0.0, 1.0, -1.0, 10.0, 0.001, 25.4, self.rng.uniform(-200, 200), self.rng.gauss(0, 1)])
+        return self.rng.choice([0.0, 1.0, -1.0, 10.0, 0.002, 25.4, self.rng.uniform(-200, 200), self.rng.gauss(0, 1)])
 
     def _dressed(self, block: str) -> str:
         """The same in another hand."""

@@ -2,6 +2,9 @@
 
 import contextlib
 import math
+import random
+import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -24,6 +27,7 @@ from robot_agent.language import (
     SetOutput,
     Tangent,
     Wait,
+    excerpt,
     parse_program,
 )
 
@@ -211,6 +215,7 @@ def test_joints_with_names_in_lower_case_are_moved() -> None:
         ("SUB s\nEND\ns: WAIT 1\nSUB t\nEND\nt: SUB s\nEND", "4:1: found a subroutine that comes to its own"),
         ("CALL nowhere.prog", "1:6: found CALL nowhere.prog: no such file"),
         ("WAIT 1\nGOTI x", "2:1: found `GOTI`, allowed GOTO; there are also"),
+        ("MX J1=1", "1:1: found `MX`, allowed MJ or ML or"),
         ("SUB corner\nEND\ncorners: WAIT 1\nEND", "1:5: found unknown label `corner`"),
         ("MJ J1=0 F-5", "1:9: found F=-5, allowed 0.01 to 100 percent for MJ"),
         ("SPEED 0", "1:7: found SPEED 0, allowed 0.01 to 100 percent for SPEED"),
@@ -223,6 +228,31 @@ def test_what_is_wrong_with_the_way_through_a_program_is_found_before_it_runs(
     with pytest.raises(ProgramError) as caught:
         parse_program(text, "p", Names(JOINTS), tmp_path)
     assert any(str(each).startswith(problem) for each in caught.value.problems), caught.value
+
+
+@pytest.mark.parametrize(
+    ("subroutine", "refused"),
+    [
+        ("s: WAIT 1", False),
+        ("s: MJ J1=1", False),
+        ("s: SPEED 50", True),
+        ("s: GOTO last 1\nWAIT 1\nlast: SPEED 50", True),
+        ("s: GOTO last 1\nWAIT 1\nlast: WAIT 2", False),
+        ("s: SUB t\nEND\nt: WAIT 1", False),
+        ("s: SUB t\nEND\nt: SPEED 50", True),
+        ("s: SUB t\nWAIT 1\nEND\nt: SPEED 50", False),
+    ],
+)
+def test_time_passes_in_a_loop_where_it_passes_in_each_way_through_its_subroutine(
+    subroutine: str, refused: bool
+) -> None:
+    text = f"again: SUB s\nGOTO again 2\nEND\n{subroutine}\nEND"
+    if not refused:
+        assert parse_program(text, "p", Names(JOINTS)).statements
+        return
+    with pytest.raises(ProgramError) as caught:
+        parse_program(text, "p", Names(JOINTS))
+    assert [str(each)[:46] for each in caught.value.problems] == ["2:1: found a loop that neither moves nor waits"]
 
 
 def test_a_mistake_in_a_called_file_is_told_with_its_file_and_all_are_told_together(tmp_path: Path) -> None:
@@ -257,9 +287,52 @@ def test_short_forms_mean_the_long_ones(short: str, long: str) -> None:
     assert parsed(short) == parsed(long)
 
 
+def drawn_lines(count: int) -> str:
+    """A program of so many lines, no two alike."""
+    rng = random.Random(1)
+    moves = [f"ML X={rng.uniform(900, 1100):.3f} Y={rng.uniform(-100, 100):.3f} R=5" for _ in range(count - 2)]
+    return "\n".join(["ML X=1000 Y=0 Z=1500 A=0 B=90 C=0 F=100", *moves, "END"])
+
+
+def read_s(text: str) -> float:
+    """Processor time for reading it, the least of three."""
+    took = []
+    for _ in range(3):
+        began = time.process_time()
+        parse_program(text, "p", Names(JOINTS))
+        took.append(time.process_time() - began)
+    return min(took)
+
+
+def test_a_thousand_lines_are_read_within_a_fifth_of_a_second() -> None:
+    assert read_s(drawn_lines(1000)) < 0.2
+
+
+def test_time_and_memory_grow_as_the_number_of_lines() -> None:
+    grew = read_s(drawn_lines(4000)) / read_s(drawn_lines(1000))
+    assert grew < 8.0  # 4, and room for a noisy machine
+    assert held_bytes(4000) < 4.5 * held_bytes(1000)
+
+
+def held_bytes(count: int) -> int:
+    """What a program of so many lines takes, with all that is there while it is read, beside its text."""
+    text = drawn_lines(count)
+    tracemalloc.start()
+    parse_program(text, "p", Names(JOINTS))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak
+
+
+def test_what_runs_is_the_program_that_was_read_and_no_copy() -> None:
+    program = parse_program(drawn_lines(100), "p", Names(JOINTS))
+    assert excerpt(program, None, None, dry=False).program is program
+
+
+@pytest.mark.soak
 def test_a_hundred_thousand_lines_are_read_in_the_time_that_their_number_takes() -> None:
-    program = parse_program("ML X=1 F100\n" + "ML Y=2\n" * 99_998 + "END", "p", Names(JOINTS))
-    assert len(program.statements) == 100_000
+    assert read_s(drawn_lines(100_000)) < 150.0 * read_s(drawn_lines(1000))
+    assert held_bytes(100_000) < 110.0 * held_bytes(1000)
 
 
 @pytest.mark.parametrize(

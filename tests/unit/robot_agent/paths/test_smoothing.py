@@ -1,5 +1,7 @@
 """Lines within a tolerance: how far the curves are from them, and what stays a corner."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -103,6 +105,16 @@ def test_one_short_line_is_passed_as_it_is_and_those_without_any_way_are_none() 
     (path,) = paths_of(of_places((0, 0, 0), (0, 0, 0), (1, 0, 0), (1, 0, 0)))
     assert path.length_m == pytest.approx(0.001)
     assert path.blocks == (0, 1, 2)
+
+
+@pytest.mark.parametrize("number", [15, 246, 477])
+def test_lines_much_shorter_than_the_tolerance_are_one_way_without_gaps(number: int) -> None:
+    lines = cam_lines("corners", np.random.default_rng([number, 18]))
+    paths = paths_of(lines, Tolerance(1e-3, np.radians(0.5)))
+    assert len(paths) > 1
+    for before, after in pairwise(paths):
+        end, begin = before.poses(np.array([before.length_m]))[0], after.poses(np.zeros(1))[0]
+        np.testing.assert_allclose(begin, end, atol=1e-9)
 
 
 @pytest.mark.parametrize("cut", [20, 50, 77])

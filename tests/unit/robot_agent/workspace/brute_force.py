@@ -1,8 +1,10 @@
-"""Where a body first comes too near to something: by tenths of a millimetre of its way, distances by coal (hpp-fcl).
+"""Where a body first comes too near to something, by tenths of a millimetre of its way, or by time where asked for.
+
+Distances are by coal (hpp-fcl).
 
 It shares the poses of the links with the checks, and nothing else: which capsules there are, which pairs of them count
 and how far things are apart is found here by other means. From where a watch is clear it goes on by as much way as is
-clear, and where that is little it takes every tenth of a millimetre.
+clear, and where that is little it takes every tenth of a millimetre, and all moments that are asked for.
 """
 
 from collections.abc import Callable, Iterator
@@ -35,7 +37,8 @@ NEAR_M = 0.001
 """Nothing is refused that stays so far beyond its margin."""
 _FINE_M, _COARSE_M, _SPARE_M = 1e-4, 1e-3, 2e-3
 _FAR_M = 20.0
-_POSES = 400
+POSES, MANY_POSES = 400, 4000
+"""In which it is looked whether a pair of links always touches."""
 Solid = tuple[object, object]
 """A shape of coal and its transform."""
 
@@ -97,10 +100,11 @@ def watched(
     things: tuple[ThingSettings, ...],
     spaces: tuple[SpaceSettings, ...] = (),
     cone: OrientationSettings | None = None,
+    poses: int = POSES,
 ) -> list[Watch]:
     """All that the robot keeps away from."""
     moving = [k for k, (link, *_) in enumerate(body.capsules) if link > 0]
-    found = list(_of_itself(body))
+    found = list(_of_itself(body, poses))
     for each in things:
         solid = solid_of(each.shape, each.pose)
         found += [_away(body, k, solid, each.margin_m, each.name) for k in moving]
@@ -123,8 +127,8 @@ def watched(
     return found
 
 
-def seen(body: Body, motion: Motion, watches: list[Watch]) -> Seen:
-    """Look at the whole motion."""
+def seen(body: Body, motion: Motion, watches: list[Watch], every_s: float = np.inf) -> Seen:
+    """Look at the whole motion, where a watch is near no more than `every_s` apart."""
     rough = np.linspace(0.0, motion.duration_s, 200)
     way_m = np.linalg.norm(np.diff(body.at(motion.q(rough)), axis=0), axis=-1).max(axis=-1).sum(axis=0).max()
     taus = np.linspace(0.0, motion.duration_s, 10 + int(2.0 * way_m / _COARSE_M))
@@ -133,12 +137,19 @@ def seen(body: Body, motion: Motion, watches: list[Watch]) -> Seen:
     ways = np.concatenate([np.zeros((1, steps.shape[1])), steps.cumsum(axis=0)])
     told = Seen()
     for watch in watches:
-        _look(watch, body, motion, taus, ends, ways[:, list(watch.parts)].sum(axis=1), told)
+        _look(watch, body, motion, taus, ends, ways[:, list(watch.parts)].sum(axis=1), told, every_s)
     return told
 
 
 def _look(
-    watch: Watch, body: Body, motion: Motion, taus: np.ndarray, ends: np.ndarray, way: np.ndarray, told: Seen
+    watch: Watch,
+    body: Body,
+    motion: Motion,
+    taus: np.ndarray,
+    ends: np.ndarray,
+    way: np.ndarray,
+    told: Seen,
+    every_s: float,
 ) -> None:
     at = 0
     while taus[at] < told.short_s:
@@ -149,7 +160,7 @@ def _look(
         ahead = int(np.searchsorted(way, way[at] + clear - _SPARE_M, side="right")) - 1
         if ahead <= at:
             ahead = at + 1
-            parts = int((way[ahead] - way[at]) / _FINE_M)
+            parts = int(max((way[ahead] - way[at]) / _FINE_M, (taus[ahead] - taus[at]) / every_s))
             between = np.linspace(taus[at], taus[ahead], parts + 2)[1:-1]
             if len(between):
                 for tau, here in zip(between.tolist(), body.at(motion.q(between)), strict=True):
@@ -168,7 +179,7 @@ def _note(watch: Watch, tau: float, clear: float, told: Seen) -> bool:
 
 def solid_of(shape: Shape, place: PoseSettings) -> Solid:
     """As coal has it."""
-    turn, at = _matrix(place.quaternion_xyzw), np.array(place.position_m)
+    turn, at = rotation(place.quaternion_xyzw), np.array(place.position_m)
     pose = coal.Transform3s(turn, at)
     match shape:
         case BoxShape(size_m=size):
@@ -204,7 +215,7 @@ def _hull(points: tuple[tuple[float, float, float], ...]) -> object:
 
 def outside_of(boxes: list[SpaceSettings]) -> Iterator[Solid]:
     """Boxes that together fill all that is outside of some boxes, which are turned alike."""
-    turn = _matrix(boxes[0].pose.quaternion_xyzw)
+    turn = rotation(boxes[0].pose.quaternion_xyzw)
     middles = np.array([box.pose.position_m for box in boxes]) @ turn
     halves = np.array([box.shape.size_m for box in boxes if isinstance(box.shape, BoxShape)]) / 2.0
     cuts = [
@@ -249,11 +260,11 @@ def _away(body: Body, part: int, solid: Solid, margin_m: float, what: str) -> Wa
     return Watch(what, (part,), lambda ends: distance(capsule(ends[part], radius), solid) - margin_m)
 
 
-def _of_itself(body: Body) -> Iterator[Watch]:
+def _of_itself(body: Body, count: int) -> Iterator[Watch]:
     """Every pair of capsules that no joint holds together, that may not touch, and that does not always touch."""
     apart = body.model.description.apart
     free, held = {frozenset(pair) for pair in apart.may_touch}, body.model.joined_links()
-    parts, radii, poses = body.capsules, body.radii, _poses(body)
+    parts, radii, poses = body.capsules, body.radii, _poses(body, count)
     for one, other in combinations(range(len(parts)), 2):
         (link, name, *_), (further, called, *_) = parts[one], parts[other]
         joined = (min(link, further), max(link, further)) in held and "tool" not in (name, called)
@@ -268,11 +279,11 @@ def _of_itself(body: Body) -> Iterator[Watch]:
             yield Watch(f"{name} and {called}", (one, other), clear)
 
 
-def _poses(body: Body) -> np.ndarray:
+def _poses(body: Body, count: int) -> np.ndarray:
     """Of the body, all over its joints' ranges."""
     lower, upper = body.model.limits.position.T
     found = []
-    for q in np.random.default_rng(5).uniform(lower, upper, (_POSES, body.model.n)):
+    for q in np.random.default_rng(5).uniform(lower, upper, (count, body.model.n)):
         try:
             found.append(body.at(q[None])[0])
         except OpenMechanism:
@@ -280,7 +291,8 @@ def _poses(body: Body) -> np.ndarray:
     return np.array(found)
 
 
-def _matrix(quaternion_xyzw: tuple[float, float, float, float]) -> np.ndarray:
+def rotation(quaternion_xyzw: tuple[float, float, float, float]) -> np.ndarray:
+    """`(3, 3)`."""
     x, y, z, w = np.array(quaternion_xyzw) / np.linalg.norm(quaternion_xyzw)
     return np.array(
         [

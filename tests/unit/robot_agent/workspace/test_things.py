@@ -21,6 +21,7 @@ from cell.geometry.quaternion import from_matrix
 from robot_agent.trajectory import Motion
 from robot_agent.workspace import Things, Touch, solid_of, sweep
 from tests.unit.ball_mesh import ball_file
+from tests.unit.block_mesh import block, obj_file
 from tests.unit.jog_world import ARM, Jogged
 from tests.unit.jog_world import START as JOG_START
 from tests.unit.planned_moves import planned
@@ -110,6 +111,27 @@ def test_who_begins_too_near_may_go_out_but_no_deeper() -> None:
         ways.append(things.in_the_way(sweep(MODEL, np.eye(4), np.array(path))))
     assert ways[0] == ""
     assert "post is in the way of link" in ways[1]
+
+
+@pytest.mark.parametrize(("sign", "out"), [(1.0, True), (-1.0, False)])
+def test_a_jog_goes_out_of_a_mesh_that_holds_the_whole_link_and_no_deeper(
+    sign: float, out: bool, tmp_path: Path
+) -> None:
+    """The wrist is below the upper side of a block, and touches none of its triangles."""
+    file = obj_file(tmp_path / "block.obj", *block((1000.0, 1000.0, 1000.0)))
+    jogged, last = Jogged(JOG_START), len(ARM.body) - 1
+    ends, radius = ARM.capsules(jogged.q[None])[0, last], ARM.capsule_radii[last]
+    at = np.array([*ends.mean(axis=0)[:2], ends[:, 2].max() + radius + 0.02 - 0.5])
+    others = tuple(name for name in ARM.link_names if name != ARM.link_names[ARM.body[last].link])
+    held = replace(thing(MeshShape(file, 0.001), at), may_touch={"": (*others, *map(str, range(6)))})
+    things = Things(ARM, (held,))
+    key = jogged.press("Z", sign * 0.25, clear=lambda states: things.in_the_way(sweep(ARM, np.eye(4), states.q)))
+    solid = solid_of(held.shape, held.pose)
+    jogged.run(key, 20)
+    depths = solid.capsule_distance(ARM.capsules(np.array(jogged.played))[:, last], np.array(radius))
+    assert depths[0] == pytest.approx(-2.0 * radius - 0.02 - float(np.ptp(ends[:, 2])), abs=0.006)
+    assert np.diff(depths).min() > -1e-9
+    assert depths[-1] > depths[0] + 0.05 if out else np.ptp(depths) == 0.0
 
 
 @given(

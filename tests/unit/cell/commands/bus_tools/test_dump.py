@@ -28,7 +28,7 @@ LEFT = FrameReader(place_of(TWO_ARMS.parent / "left_drives.yaml", None, None, No
         (0x000, "0100", Kind.NMT, "NMT start: all nodes"),
         (0x080, "", Kind.SYNC, "SYNC"),
         (0x085, "1186210102030405", Kind.EMCY, "EMCY node 5: 8611h following error over its window (register 21h, "
-         "maker's 01 02 03 04 05); look for a collision or a blocked axis, then reset the drives"),
+         "maker's 01 02 03 04 05); look for a collision or a blocked axis"),
         (0x185, "3702", Kind.TPDO, "TPDO1 node 5: 37 02"),
         (0x505, "0f00", Kind.RPDO, "RPDO4 node 5: 0f 00"),
         (0x605, "4041600000000000", Kind.SDO, "SDO node 5: read 6041h:00 Statusword"),

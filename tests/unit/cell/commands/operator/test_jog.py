@@ -2,7 +2,11 @@
 
 import math
 import threading
+from collections.abc import Iterable
+from dataclasses import replace
+from itertools import repeat
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -41,17 +45,43 @@ def test_a_speed_or_step_that_is_not_above_0_is_refused(words: dict[str, float])
         command("X", "+", **words)
 
 
-def test_a_jog_that_was_over_before_it_was_seen_ends_the_command_too() -> None:
-    program = ProgramStatus("left.prog", ProgramState.LOADED, 0, "")
-    at_rest = RobotState("left", "b", 1, Mode.READY, program, None, None, None, 0.0, None)
-    said: list[JogHeld] = []
-    operator = SimpleNamespace(
-        view=SimpleNamespace(look=lambda: SimpleNamespace(robots={"left": at_rest})),
+PROGRAM = ProgramStatus("left.prog", ProgramState.FAILED, 3, "", "the robot was jogged off its path by an operator")
+
+
+def state(mode: Mode, waiting_for: str = "") -> RobotState:
+    at_rest = RobotState("left", "b", 1, mode, PROGRAM, None, None, None, 0.0, None)
+    return replace(at_rest, waiting_for=waiting_for)
+
+
+def operator(states: Iterable[RobotState], said: list[JogHeld]) -> Any:
+    """Somebody at the keyboard, who sees one state after the other."""
+    following = iter(states)
+    return SimpleNamespace(
+        view=SimpleNamespace(look=lambda: SimpleNamespace(robots={"left": next(following)})),
         session=SimpleNamespace(publish=said.append),
     )
+
+
+def test_a_jog_that_was_over_before_it_was_seen_ends_the_command_too() -> None:
+    said: list[JogHeld] = []
     released = threading.Event()
     released.set()
     with pytest.raises(CommandError, match="the jog was over before it was seen: no sign of the key arrived in time"):
-        hold(operator, "left", "press", released)  # type: ignore[arg-type]
+        hold(operator(repeat(state(Mode.READY)), said), "left", "press", released)
     assert said
     assert not any(message.held for message in said)
+
+
+def test_a_jog_that_the_robot_breaks_off_is_no_success() -> None:
+    silent = "no sign of the jog key for 0.21 s"
+    seen = operator((state(Mode.JOGGING), state(Mode.JOGGING, silent), state(Mode.READY)), [])
+    with pytest.raises(CommandError, match=f"the jog was broken off: {silent}") as refused:
+        hold(seen, "left", "press", threading.Event())
+    assert "see where the robot stands" in refused.value.next_step
+
+
+@pytest.mark.parametrize("waiting_for", ["", "cleared space"])
+def test_a_jog_that_comes_to_its_end_is_one(waiting_for: str, capsys: pytest.CaptureFixture[str]) -> None:
+    seen = operator((state(Mode.JOGGING, waiting_for), state(Mode.JOGGING), state(Mode.READY)), [])
+    hold(seen, "left", "press", threading.Event())
+    assert "the jog has ended" in capsys.readouterr().out

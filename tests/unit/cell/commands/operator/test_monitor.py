@@ -1,7 +1,9 @@
 """The screen of `cell monitor`: what it shows of a cell, and what its keys do."""
 
+import errno
 import os
 import pty
+import termios
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -11,7 +13,7 @@ import pytest
 from rich.console import Console
 
 from cell.commands.operator.keyboard import DOWN, UP, Keyboard
-from cell.commands.operator.monitor import Screen
+from cell.commands.operator.monitor import Screen, until_hung_up
 from cell.config import load_cell
 from cell.core import Arrived
 from cell.messages import Command, Continue, Event, Halt, Heard, JogHeld, ManagerState, Mode, Reply, Severity
@@ -215,3 +217,14 @@ def test_no_key_is_no_key_and_a_closed_terminal_is_told(terminal: int) -> None:
         os.close(terminal)
         assert keyboard.key(DEADLINE_S) == ""
         assert keyboard.gone
+
+
+@pytest.mark.parametrize("error", [OSError(errno.EIO, "gone"), termios.error(errno.EIO, "gone")])
+def test_a_terminal_that_has_gone_ends_it_quietly(error: Exception) -> None:
+    with until_hung_up():
+        raise error
+
+
+def test_any_other_trouble_with_the_terminal_is_told() -> None:
+    with pytest.raises(OSError, match="full"), until_hung_up():
+        raise OSError(errno.ENOSPC, "full")

@@ -5,10 +5,10 @@ from typing import cast
 
 import pytest
 
-from cell.commands.client.connection import Connection
+from cell.commands.client.connection import Connection, ask_each
 from cell.commands.errors import CommandError
 from cell.commands.operator import reset
-from cell.messages import Command, Estop, ManagerState, Reply, ResetEstop
+from cell.messages import Command, Estop, ManagerState, Reply, ResetEstop, ResetRobot
 
 TRIAL, DOOR = Estop("e1", True, "anna@pc", "trial"), Estop("e2", True, "bert@pc", "door open")
 
@@ -72,7 +72,7 @@ def test_ends_with_the_stops_that_are_still_in_force() -> None:
 def test_goes_on_after_a_silent_robot_and_names_all_that_did_not_answer(capsys: pytest.CaptureFixture[str]) -> None:
     cell = Cell(silent=("left", "third"))
     with pytest.raises(CommandError, match="robot left does not answer\nrobot third does not answer") as failed:
-        reset._reset_robots(operator(cell), ("left", "right", "third"))
+        ask_each(operator(cell), ("left", "right", "third"), ResetRobot())
     assert cell.asked == ["left", "right", "third"]
     assert "right has no fault" in capsys.readouterr().out
     assert "robot-agent cell.yaml left" in failed.value.next_step

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from cell.commands.cell_command import app
 from cell.commands.errors import CommandError
 from cell.commands.operator import robot_orders
-from cell.messages import Command, ForceInput, ListParameters, Load, Reply, Run, SetParameter, Stop
+from cell.messages import Command, Disable, Enable, ForceInput, ListParameters, Load, Reply, Run, SetParameter, Stop
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Command]:
             asked.append(command)
             return Reply("1", True, "done")
 
-        yield SimpleNamespace(ask_robot=ask_robot)
+        yield SimpleNamespace(ask_robot=ask_robot, check_robot=lambda _: None)
 
     monkeypatch.setattr(robot_orders, "connect", connected)
     monkeypatch.setattr(robot_orders, "operator_name", lambda: "ann@desk")
@@ -51,6 +51,13 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Command]:
 def test_words_ask_for_a_command(asked: list[Command], words: str, command: Command) -> None:
     result = CliRunner().invoke(app, [*words.split(), "-f", "cell.yaml"])
     assert (result.exit_code, asked) == (0, [command])
+
+
+@pytest.mark.parametrize(("word", "command"), [("enable", Enable()), ("disable", Disable())])
+def test_several_robots_are_switched_one_after_another(asked: list[Command], word: str, command: Command) -> None:
+    result = CliRunner().invoke(app, [word, "left", "right", "-f", "cell.yaml"])
+    assert (result.exit_code, asked) == (0, [command, command])
+    assert result.output.splitlines() == ["left: done", "right: done"]
 
 
 @pytest.mark.parametrize("value", ["", "fast", "50%", "nan", "inf"])

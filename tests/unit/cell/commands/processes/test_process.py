@@ -12,7 +12,7 @@ LOGS_AND_PRINTS = """
 import logging, os, sys
 from pathlib import Path
 from cell.commands.processes.process import log_to
-log_to(Path(sys.argv[1]), 2000)
+log_to(Path(sys.argv[1]), most_bytes=2000)
 for number in range(int(sys.argv[2])):
     logging.getLogger("robot_agent").info("line %d", number)
 print("printed", flush=True)

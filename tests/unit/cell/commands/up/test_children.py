@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from cell.commands.up.children import Child, ChildProgram, Children
+from cell.commands.up.children import Child, ChildProgram, Children, programs
+from cell.config import load_cell
+from tests.unit.config_world import TWO_ARMS
 from tests.unit.repository import ROOT
 
 WAITS_FOR_ITS_PARENT = """
@@ -29,12 +31,20 @@ while True:
     signal.pause()
 """
 LEAVES = "print('up')"
+SILENT = "import sys; sys.exit(1)"
 DEADLINE_S = 20.0
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    kinds = {"waiting": WAITS_FOR_ITS_PARENT, "stubborn": STUBBORN, "dying": DIES, "failing": FAILS, "leaving": LEAVES}
+    kinds = {
+        "waiting": WAITS_FOR_ITS_PARENT,
+        "stubborn": STUBBORN,
+        "dying": DIES,
+        "failing": FAILS,
+        "leaving": LEAVES,
+        "silent": SILENT,
+    }
     for name, text in kinds.items():
         (tmp_path / f"child_{name}.py").write_text(text)
     monkeypatch.chdir(tmp_path)
@@ -119,15 +129,28 @@ def test_one_that_died_before_the_end_did_not_end_in_order_whatever_its_exit_cod
     assert children.out_of_order() == ["manager"]
 
 
-def test_a_death_shows_the_last_lines_and_the_command(folder: Path) -> None:
-    with Children([program("manager", "dying")], folder, threading.Event(), print) as children:
+def death(folder: Path, kind: str) -> str:
+    """What is said of a manager that ends by itself."""
+    with Children([program("manager", kind)], folder, threading.Event(), print) as children:
         pause = threading.Event()
         dead: list[Child] = []
         for _ in range(int(DEADLINE_S / 0.02)):
             if dead := children.deaths():
                 break
             pause.wait(0.02)
-        notice = dead[0].death_notice()
+        return dead[0].death_notice()
+
+
+def test_a_death_without_a_word_names_the_log_and_its_disk(folder: Path) -> None:
+    notice = death(folder, "silent")
+    assert (
+        f"manager ended with exit code 1; {folder / 'manager.log'} has nothing of this run; has its disk room?"
+        in notice
+    )
+
+
+def test_a_death_shows_the_last_lines_and_the_command(folder: Path) -> None:
+    notice = death(folder, "dying")
     assert "manager ended with exit code 1" in notice
     assert "| no such bus" in notice
     assert "start it again with: dying manager" in notice
@@ -143,3 +166,10 @@ def test_the_end_of_the_parent_reaches_the_child(folder: Path) -> None:
             break
         pause.wait(0.02)
     assert child.exit_code() == 0
+
+
+def test_every_process_logs_json_where_the_cell_is_to_and_says_so_in_the_command_that_starts_it_again() -> None:
+    started = programs(load_cell(TWO_ARMS), None, simulate=True, log_json=True)
+    assert len(started) == 5
+    assert all("--log-json" in each.arguments and each.command.endswith(" --log-json") for each in started)
+    assert not any("--log-json" in each.arguments for each in programs(load_cell(TWO_ARMS), None, simulate=True))

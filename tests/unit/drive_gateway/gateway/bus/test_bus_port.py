@@ -1,6 +1,5 @@
 """The gateway's handle of its bus: who reads when, what is handed over, and what is left out."""
 
-import socket
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -14,6 +13,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster
 from drive_gateway.gateway.bus.bus_port import BusPort
+from tests.ports import free_port
 
 DEADLINE_S = 20.0
 SYNC, TPDO, RPDO = 0x080, 0x181, 0x201
@@ -81,10 +81,7 @@ def test_frames_that_only_this_port_may_send_and_frames_that_are_no_canopen_are_
 
 
 def test_a_multicast_bus_gives_a_port_only_what_others_send(monkeypatch: pytest.MonkeyPatch) -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        number = free.getsockname()[1]
-    options = {"port": number, "hop_limit": 0}
+    options = {"port": free_port(), "hop_limit": 0}
     settings = BusSettings("udp_multicast", "239.74.163.2", 1_000_000, options)
     read: list[int] = []
     receive = can.BusABC.recv
@@ -116,10 +113,7 @@ def test_a_multicast_bus_gives_a_port_only_what_others_send(monkeypatch: pytest.
 
 
 def test_a_stranger_on_the_multicast_group_is_no_failed_bus() -> None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        number = free.getsockname()[1]
-    options = {"port": number, "hop_limit": 0}
+    options = {"port": free_port(), "hop_limit": 0}
     settings = BusSettings("udp_multicast", "239.74.163.3", 1_000_000, options)
     got: SimpleQueue[CanFrame] = SimpleQueue()
     news: SimpleQueue[BusNews] = SimpleQueue()

@@ -20,8 +20,10 @@ from cell.messages import (
     Presence,
     ProgramState,
     ResetRobot,
+    Return,
     Run,
     SetpointBlock,
+    Stop,
     ZoneState,
     ZoneStatus,
 )
@@ -219,25 +221,59 @@ def test_lost_blocks_do_not_take_it_out_of_its_way() -> None:
     assert np.abs(np.diff(q, 2)).max() / CYCLE_S**2 <= world.planner.limits.ramp_acceleration_bounds[1][0] * 1.01
 
 
-def test_a_running_program_is_not_jogged_and_a_halted_one_ends() -> None:
+def test_a_running_program_is_not_jogged_and_a_halted_one_is_not_lost() -> None:
     world = ready()
     world.call(Run())
     world.run(0.3)
     assert "halt it first" in Key(world, jog("J1", 0.1)).refusal
     world.call(Halt())
     world.run(1.0)
+    left = world.commanded
     key = Key(world, jog("J1", 0.1))
     key.hold(0.3)
     assert moves(world)
     key.say(False)
     world.run(RAMP_S)
-    assert world.state.program.state is ProgramState.FAILED
+    assert world.state.mode is Mode.OFF_PATH
+    assert world.state.program.state is ProgramState.INTERRUPTED
+    assert "jogged off its path" in world.state.program.error
     call = world.call(Continue())
     world.step()
-    assert "jogged off its path" in world.replies[call].text
-    world.call(Run())
+    assert "beside its path" in world.replies[call].text
+    world.call(Return())
+    world.run(3.0)
+    assert world.state.mode is Mode.HALTED
+    np.testing.assert_allclose(world.commanded, left, atol=1e-9)
+    world.call(Continue())
     world.run(3.0)
     assert world.state.program.state is ProgramState.DONE
+
+
+def test_a_jog_within_the_window_needs_no_return() -> None:
+    world = ready()
+    world.call(Run())
+    world.run(0.3)
+    world.call(Halt())
+    world.run(1.0)
+    Key(world, jog("J1", 0.01, step=0.002)).hold(0.5)
+    world.run(RAMP_S)
+    assert world.state.mode is Mode.HALTED
+    world.call(Continue())
+    world.run(3.0)
+    assert world.state.program.state is ProgramState.DONE
+
+
+def test_stop_ends_a_jog_and_the_program_that_it_left() -> None:
+    world = ready()
+    world.call(Run())
+    world.run(0.3)
+    world.call(Halt())
+    world.run(1.0)
+    Key(world, jog("J1", 0.1)).hold(0.3)
+    world.call(Stop())
+    world.run(RAMP_S)
+    assert world.state.mode is Mode.READY
+    assert world.state.program.state is ProgramState.LOADED
 
 
 @pytest.mark.parametrize(

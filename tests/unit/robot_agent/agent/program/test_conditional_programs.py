@@ -1,7 +1,5 @@
 """WAIT DI, IF and M while a robot runs: it rests there, asks what is so then, and goes on by the answer."""
 
-import functools
-import random
 from collections.abc import Callable
 
 import numpy as np
@@ -9,7 +7,7 @@ import pytest
 
 from cell.messages import AnswerFlag, Continue, Enable, Halt, Mode, ProgramState, ResetRobot, Run, SetOverride
 from tests.unit.agent_runs import BACK, INTO, at_rest, enabled, ended, near_zone, until
-from tests.unit.agent_world import STEP_S, AgentWorld
+from tests.unit.agent_world import AgentWorld
 
 WAITS = "MJ J1=20\nWAIT DI part\nMJ J1=0\nEND"
 
@@ -297,72 +295,7 @@ def test_going_back_counts_nothing_and_asks_nothing() -> None:
     assert world.state.program.raised == {"5": 1}
 
 
-# Halts and stops at any time
-
-ALL = """MJ J1=10 R=20
-SET DO gripper
-MJ J1=10 J2=8
-LET n = 0
-LABEL l
-IF DI part
-MJ J1=14
-M 5 ASYNC
-MJ J1=8
-ELSE
-MJ J2=-3
-ENDIF
-RESET DO gripper
-WAIT DI part
-SET DO gripper
-IF NOT DI door
-MJ J1=3
-ENDIF
-M 7
-WAIT 0.2
-LET n = n + 1
-IF n < 2
-GOTO l
-ENDIF
-MJ J1=0
-END"""
-
-
-def beside(world: AgentWorld, other: AgentWorld) -> float:
-    """How far anything that was played lies from the way of the other world [deg]."""
-    way = np.degrees(other.played)
-    way = way[np.append(True, np.any(np.diff(way, axis=0), axis=1))]
-    first, ahead = way[:-1], np.diff(way, axis=0)
-    points = np.unique(np.degrees(world.played), axis=0)
-    along = np.einsum("psk,sk->ps", points[:, None] - first, ahead) / (ahead**2).sum(axis=1)
-    nearest = first + np.clip(along, 0.0, 1.0)[..., None] * ahead
-    return float(np.linalg.norm(points[:, None] - nearest, axis=-1).min(axis=1).max())
-
-
-@functools.cache
-def all_run(halts: random.Random | None) -> AgentWorld:
-    world = begun(ALL, outputs=("gripper",), part=True, door=False)
-    deadline = world.now + 90.0
-    while world.now < deadline and world.state.program.state is ProgramState.RUNNING:
-        if world.state.program.flag == 7:
-            world.call(AnswerFlag(7))
-        if halts is not None and halts.random() < 0.03:
-            world.call(Halt())
-            world.run(STEP_S * halts.randint(1, 60))
-            world.call(Continue())
-        world.step()
-    assert world.state.program.state is ProgramState.DONE, world.state
-    return world
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_halts_at_any_moment_change_neither_the_way_nor_what_is_switched(seed: int) -> None:
-    plain, halted = all_run(None), all_run(random.Random(seed))
-    assert max(beside(halted, plain), beside(plain, halted)) < 1e-3
-    for world in (plain, halted):
-        assert [event.value for _, event in world.switched] == [True, False, True, False, True]
-        assert world.state.program.raised == {"5": 2}
-        assert world.state.program.variables == {"n": 2.0}
-    np.testing.assert_allclose(plain.commanded, halted.commanded, atol=1e-9)
+# Stops at any time
 
 
 @pytest.mark.parametrize("words", ["WAIT DI part", "M 7", "IF DI part"])

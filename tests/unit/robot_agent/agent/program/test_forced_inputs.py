@@ -10,7 +10,7 @@ from cell.messages import Command, Enable, ForceInput, Halt, Mode, Reply, Run, S
 from tests.unit.agent_runs import enabled, ended, until
 from tests.unit.agent_world import AgentWorld
 from tests.unit.robot_agent.agent.program.test_conditional_programs import WAITS, begun, j1, told, waits
-from tests.unit.robot_agent.agent.zones.test_switched_spaces import GATE, ROUND
+from tests.unit.robot_agent.agent.zones.gate_runs import GATE, ROUND
 
 
 def answer(world: AgentWorld, command: Command) -> Reply:

@@ -6,6 +6,7 @@ from cell.messages import Arrival, Continue, Halt, MeetingStatus, Mode, ProgramS
 from tests.unit.agent_runs import BACK, INTO, enabled, ended, near_zone, running, until
 from tests.unit.agent_world import CYCLE_S, STEP_S, AgentWorld
 
+HALTED = "its program was halted until it was too late for that"
 PROGRAM = "MJ J1=20\nMEET load\nMJ J1=0\nEND"
 
 
@@ -103,6 +104,67 @@ def test_a_halted_robot_does_not_wait_and_has_arrived_once_all_the_same() -> Non
     world.call(Continue())
     until(world, ended(world))
     assert [event.code for event in world.events if event.code == "late_for_meeting"] == ["late_for_meeting"]
+
+
+def leaves_after(program: str, halted_s: float) -> tuple[float, list[str]]:
+    """How long after the others a robot begins to move that is halted for so long just when it knows when they leave.
+
+    And what it tells of it.
+    """
+    world = at_meet(program)
+    world.run(0.5)
+    release(world)
+    world.run(0.1)
+    before = len(world.played)
+    world.call(Halt())
+    world.run(halted_s)
+    world.call(Continue())
+    until(world, ended(world))
+    moved = np.flatnonzero(np.any(np.diff(world.played[before:], axis=0), axis=1))
+    late = [event.text for event in world.events if event.code == "late_for_meeting"]
+    return (moved[0] + 1) * CYCLE_S - 0.2, late
+
+
+def test_a_halt_that_is_over_before_the_others_leave_delays_nothing() -> None:
+    late_s, told = leaves_after(PROGRAM, 0.1)
+    assert (abs(late_s) <= 2 * CYCLE_S, told) == (True, [])
+
+
+def test_one_that_is_halted_when_the_others_leave_leaves_once_it_goes_on_and_tells_it() -> None:
+    late_s, told = leaves_after(PROGRAM, 1.0)
+    assert 0.8 <= late_s < 0.95
+    assert told == [f"leaves meeting load not together with the others: {HALTED}"]
+
+
+def test_a_halt_at_the_next_meeting_says_nothing_of_the_one_before() -> None:
+    world = at_meet("MEET load\nMEET load\nEND")
+    release(world)
+    until(world, lambda: waits(world) and world.presences[-1].meets.left != {})
+    world.call(Halt())
+    world.run(0.5)
+    world.call(Continue())
+    world.run(0.5)
+    assert not [event for event in world.events if event.code == "late_for_meeting"]
+
+
+def test_a_pause_behind_a_meeting_lasts_as_it_says_however_that_was_halted() -> None:
+    for halted_s in (0.1, 0.5):
+        late_s, _ = leaves_after(PROGRAM.replace("load\n", "load\nWAIT 0.5\n"), halted_s)
+        assert max(0.0, halted_s - 0.2) + 0.5 - 2 * CYCLE_S <= late_s < max(0.0, halted_s - 0.2) + 0.6
+
+
+def test_what_is_switched_behind_a_meeting_waits_for_the_end_of_a_halt() -> None:
+    world = enabled(PROGRAM.replace("load\n", "load\nSET DO gripper\n"), outputs=("gripper",))
+    world.call(Run())
+    until(world, lambda: waits(world))
+    release(world)
+    world.run(0.1)
+    world.call(Halt())
+    world.run(1.0)
+    assert world.switched == []
+    world.call(Continue())
+    until(world, ended(world))
+    assert [event.value for _, event in world.switched] == [True]
 
 
 def test_a_robot_in_a_fault_does_not_wait() -> None:

@@ -5,47 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cell.config.settings import PoseSettings, SpaceKind, SpaceSettings, SphereShape
-from cell.messages import Enable, Halt, Mode, ProgramState, Run
-from robot_agent.workspace import solid_of
+from cell.messages import Halt, Mode, ProgramState
 from tests.unit.agent_runs import at_rest, ended, until
 from tests.unit.agent_world import AgentWorld
 from tests.unit.robot_agent.agent.operator.test_jog import Key, jog
-from tests.unit.six_axis_arm import arm
-
-ARM = arm()
-ROUND = "MJ J1=60 F=50\nHOME\nEND"
-MOVING = np.array([capsule.link > 0 for capsule in ARM.body])
-
-
-def ball(off_while: str | None = None, by_program: bool = False) -> SpaceSettings:
-    """Around where the flange is half-way of J1's move from home to 60 degrees."""
-    x, y, z = ARM.forward(ARM.home + np.radians([30.0, 0, 0, 0, 0, 0]))[:3, 3].tolist()
-    place = PoseSettings((x, y, z), (0.0, 0.0, 0.0, 1.0))
-    return SpaceSettings(
-        "gate", SpaceKind.FORBIDDEN, SphereShape(0.05), place, 0.005, by_program=by_program, off_while=off_while
-    )
-
-
-GATE = ball("door")
-
-
-def gaps(world: AgentWorld, space: SpaceSettings = GATE) -> np.ndarray:
-    """Of everything played, less the margin."""
-    points = ARM.capsules(np.array(world.played))[:, MOVING]
-    distance = solid_of(space.shape, space.pose).capsule_distance(points, ARM.capsule_radii[MOVING])
-    return np.asarray(distance.min(axis=-1) - space.margin_m)
-
-
-def begun(inputs: dict[str, bool | None] | None, program: str = ROUND, space: SpaceSettings = GATE) -> AgentWorld:
-    world = AgentWorld(program, spaces=(space,))
-    world.inputs = inputs
-    until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
-    world.call(Enable())
-    until(world, lambda: world.state.mode is Mode.READY)
-    world.call(Run())
-    until(world, lambda: world.state.mode is Mode.RUNNING)
-    return world
+from tests.unit.robot_agent.agent.zones.gate_runs import ROUND, ball, begun, broken, gaps
 
 
 def failed(world: AgentWorld) -> Callable[[], bool]:
@@ -134,3 +98,9 @@ def test_after_the_program_all_spaces_are_on() -> None:
     Key(world, jog("J1", 0.25, press="p")).hold(3.0, until=lambda: "gate" in world.state.waiting_for)
     assert "forbidden space gate is in the way of" in world.state.waiting_for
     assert gaps(world, gate).min() > 0.0
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_what_is_sent_of_a_planned_motion_is_on_the_path_that_was_looked_at(seed: int) -> None:
+    """However the robot is halted, slowed, backed up and held: so no block is looked at again for things."""
+    assert broken(seed) == ""

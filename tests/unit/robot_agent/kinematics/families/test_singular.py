@@ -38,6 +38,19 @@ def test_at_and_near_singular_poses_the_pose_is_reproduced_and_nothing_is_nan(
     }
 
 
+@pytest.mark.parametrize("j5", [1e-10, 1e-9, 1e-8, 1e-7, np.pi - 1e-9, -1e-9])
+def test_a_stretched_cobot_reaches_its_pose_though_its_straight_wrist_leaves_j6_nearly_free(j5: float) -> None:
+    model, q = robot("cobot"), random_joints("cobot", 1000)
+    q[:, 2], q[:, 4] = 0.0, j5
+    poses = model.forward(q)
+    for near in (q, q + 0.2) if abs(j5) > 1e-10 else (q,):  # a straight wrist holds J6
+        solutions = model.inverse(poses, near=near)
+        assert solutions.valid.any(axis=-1).all()
+        back = model.forward(solutions.joints[solutions.valid])
+        expected = np.broadcast_to(poses[:, None], (*solutions.valid.shape, 4, 4))[solutions.valid]
+        np.testing.assert_allclose(back, expected, atol=1e-9)
+
+
 @pytest.mark.parametrize(("family", "held"), [("cobot", 5), ("gantry", 3)])
 @pytest.mark.parametrize("j5", [0.0, np.pi])
 def test_with_a_straight_wrist_the_free_joint_holds_its_value(family: str, held: int, j5: float) -> None:

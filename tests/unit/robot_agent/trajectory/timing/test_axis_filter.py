@@ -110,6 +110,18 @@ def test_deviation_of_a_slow_curve_is_told_though_a_fast_move_follows_it() -> No
     assert 0.97 * found < followed.filter_deviation_m < 1.2 * found
 
 
+@pytest.mark.parametrize("way_m", [0.03, 0.032, 0.034])
+def test_deviation_in_one_bend_that_is_short_beside_the_window_is_told_as_it_is(way_m: float) -> None:
+    bend = np.tile(MODEL.forward(START), (4, 1, 1))
+    bend[:, 1, 3] += way_m, way_m + 0.005, way_m + 0.01, way_m + 0.08
+    bend[1, 2, 3] += 0.01
+    plain, motion = (planned(Sequence([Spline(bend, 1, 0.6)]), each) for each in (0.0, 0.1))
+    path = plain.pose(np.linspace(0.0, plain.duration_s, 4000))[:, :3, 3]
+    places = motion.pose(np.linspace(0.0, motion.duration_s, 1500))[:, :3, 3]
+    away = max(float(np.linalg.norm(path - place, axis=1).min()) for place in places)
+    assert motion.filter_deviation_m == pytest.approx(away, rel=0.005, abs=1e-6)
+
+
 def test_deviation_from_the_path_is_reported_as_it_is() -> None:
     def at(y: float, z: float) -> np.ndarray:
         pose = MODEL.forward(START)
