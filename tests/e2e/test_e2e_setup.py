@@ -13,7 +13,8 @@ def test_while_one_robot_is_set_up_no_other_runs_and_without_a_manager_only_by_t
     live: LiveCell,
 ) -> None:
     live.up().wait_for_output("all robots enabled", 60.0)
-    with live.client_of("left_bus") as session:
+    with live.client() as cell, live.client_of("left_bus") as session:
+        heard = Recorder(cell, "manager/state")
         left = Recorder(session, "robot/left/drives")
         live.obeyed("disable", "left")
         refused = live.order("move", "left", "J1=5", "--by")
@@ -21,6 +22,8 @@ def test_while_one_robot_is_set_up_no_other_runs_and_without_a_manager_only_by_t
         assert "right is not at rest and switched off: cell disable right" in refused.output
         live.obeyed("disable", "right")
         move = live.start("cell", "move", "left", "J1=60", "--by", "--speed", "5", "-f", str(live.file))
+        heard.wait_for(ManagerState, lambda state: bool(state.setup and state.setup.free), 30.0, "left is free")
+        left.take()  # a robot that is switched off may have moved, too
         left.wait_for(DriveFeedback, moves, 30.0, "left moves")
         enable = live.order("enable", "right")
         assert "right stays at rest: left is in set-up" in enable.output
