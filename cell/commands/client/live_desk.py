@@ -1,10 +1,12 @@
 """Orders from a page or a monitor to the running cell."""
 
 import threading
+import time
+from typing import Self
 
 from cell.commands.client.connection import TRY_S, Connection, ask_until_answered
 from cell.commands.emergency.answers import Answers
-from cell.commands.emergency.door import Door, Stop
+from cell.commands.emergency.door import OPEN_S, PERIOD_S, Door, Stop
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
 from cell.messages import Command, Go, Heard, Jog, JogHeld, Reply
@@ -17,12 +19,23 @@ _DOORS_OPEN_S = 8.0
 
 
 class LiveDesk:
-    """Orders to the running cell; any thread may give them."""
+    """Orders to the running cell; any thread may give them. A context manager, which ends with no stop on its way."""
 
     def __init__(self, operator: Connection, by: str) -> None:
         """`by`: what the operator uses, for example "by the page"."""
         self._operator = operator
         self.operator = f"{operator_name()} {by}"
+        self._stops: list[threading.Thread] = []
+        self._leaving = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Stay until the manager has latched each stop, or nobody has in all the time of one."""
+        self._leaving = True
+        for stop in self._stops:
+            stop.join()
 
     def ask(self, to: str, command: Command, heard: Heard) -> Reply:
         """See `Desk`; what is worded by the files here is not sent to an agent that runs with others."""
@@ -45,11 +58,19 @@ class LiveDesk:
 
     def stop_all(self) -> None:
         """See `Desk`: by the path of `cell estop`, which needs neither the manager nor this session."""
+        stop = threading.Thread(target=self._stop_all)
+        self._stops.append(stop)
+        stop.start()
+
+    def _stop_all(self) -> None:
         settings = self._operator.settings
         endpoints = (settings.manager_endpoint, *(gateway.endpoint for gateway in settings.gateways.values()))
         stop, answers = Stop(self.operator, "operator"), Answers()
         doors = [Door(endpoint, (settings.name,), stop, answers, lambda: None) for endpoint in endpoints]
+        deadline, pause = time.monotonic() + _DOORS_OPEN_S, threading.Event()
+        while time.monotonic() < deadline and not (self._leaving and answers.latched):
+            pause.wait(PERIOD_S)
         for door in doors:
-            timer = threading.Timer(_DOORS_OPEN_S, door.close)
-            timer.daemon = True
-            timer.start()
+            door.close()
+        for door in doors:
+            door.join(OPEN_S)

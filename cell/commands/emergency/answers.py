@@ -50,6 +50,11 @@ class Answers:
             self._open_calls -= 1
 
     @property
+    def latched(self) -> bool:
+        """A manager has latched the stop."""
+        return bool(self._said)
+
+    @property
     def manager(self) -> tuple[bool, str] | None:
         """Whether a manager has latched the stop, and its words; None as long as nobody knows."""
         if self._said:

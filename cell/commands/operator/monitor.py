@@ -91,8 +91,8 @@ def monitor(
     if control:
         require(Level.OPERATE, "cell monitor --control")
     stop = stop_event()
-    with connect(file, endpoint, stop) as operator:
-        screen = Screen(operator.settings, axes_of(operator.settings), LiveDesk(operator, "by the monitor"), control)
+    with connect(file, endpoint, stop) as operator, LiveDesk(operator, "by the monitor") as desk:
+        screen = Screen(operator.settings, axes_of(operator.settings), desk, control)
         source = LiveSource(operator.session)
         console = Console()
         with until_hung_up(), Keyboard() as keyboard, Live(console=console, screen=True, auto_refresh=False) as live:

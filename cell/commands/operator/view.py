@@ -71,10 +71,13 @@ def show(
 ) -> None:
     """Serve the page until `stop`. Raises `CommandError` when it cannot be."""
     highest = Level[control.name] if control is not None else Level.WATCH
-    with connect(file, endpoints, stop) as operator, page_server(host, port, highest) as server:
+    with (
+        connect(file, endpoints, stop) as operator,
+        LiveDesk(operator, "by the page") as desk,
+        page_server(host, port, highest) as server,
+    ):
         from cell.view.page import Page
 
-        desk = LiveDesk(operator, "by the page") if control is not None else None
-        source = LiveSource(operator.session)
-        settings = operator.settings
-        Page(server, settings, source, axes_of(settings), desk, programs=programs_of(settings)).run(stop)
+        source, settings = LiveSource(operator.session), operator.settings
+        page_desk = desk if control is not None else None
+        Page(server, settings, source, axes_of(settings), page_desk, programs=programs_of(settings)).run(stop)

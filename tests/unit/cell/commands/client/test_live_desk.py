@@ -1,11 +1,17 @@
 """What the page asks of a running cell, and what is kept back."""
 
+import threading
+import time
+from types import SimpleNamespace
 from unittest.mock import create_autospec
 
 import pytest
+import zenoh
 
+from cell.commands.client import live_desk
 from cell.commands.client.connection import Connection
 from cell.commands.client.live_desk import LiveDesk
+from cell.commands.emergency.answers import Answers
 from cell.commands.errors import CommandError
 from cell.messages import Command, Go, Halt, Heard, Jog, JogFrame, Presence
 from cell.net.session import CellSession
@@ -31,3 +37,38 @@ def test_a_halt_goes_out_whatever_the_files_are() -> None:
     LiveDesk(operator, "by the page").ask("robot/left", Halt(), Heard("b", 1))
     operator.check_files.assert_not_called()
     operator.session.ask.assert_called_once()
+
+
+def test_an_operator_who_leaves_at_once_leaves_when_the_stop_has_gone_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    latched = threading.Event()
+
+    class Door:
+        def __init__(self, endpoint: str, _cells: object, _stop: object, answers: Answers, _: object) -> None:
+            opened.append(endpoint)
+            self._answers = answers
+            threading.Thread(target=self._answer).start()
+
+        def _answer(self) -> None:
+            latched.wait(5.0)
+            ok = SimpleNamespace(payload=SimpleNamespace(to_bytes=lambda: b'{"ok": true, "text": "latched"}'))
+            self._answers.reply(create_autospec(zenoh.Reply, instance=True, ok=ok))
+
+        def close(self) -> None:
+            opened.remove("manager" if "manager" in opened else "gateway")
+
+        def join(self, timeout_s: float) -> None:
+            assert timeout_s > 0.0
+
+    monkeypatch.setattr(live_desk, "Door", Door)
+    operator = create_autospec(Connection, instance=True)
+    operator.settings = SimpleNamespace(
+        name="cell", manager_endpoint="manager", gateways={"left_bus": SimpleNamespace(endpoint="gateway")}
+    )
+    threading.Timer(0.3, latched.set).start()
+    began = time.monotonic()
+    with LiveDesk(operator, "by the page") as desk:
+        desk.stop_all()
+    assert latched.is_set(), "the desk was left before anybody had latched the stop"
+    assert time.monotonic() - began < 5.0
+    assert not opened
