@@ -178,6 +178,22 @@ class SwitchOutput(Command):
 
 @command("gateway")
 @dataclass(frozen=True, slots=True)
+class ForceOutput(Command):
+    """Keep a digital output of a robot on or off for a test, whatever its program says, also while the robot moves.
+
+    It ends by an order with `on` None, with the gateway, and for one that is on by each stop that switches it off.
+    """
+
+    verb: ClassVar[str] = "force_output"
+    robot: Name
+    output: Name
+    on: bool | None
+    """None: as the robot's program has switched it meanwhile, again."""
+    by: Words
+
+
+@command("gateway")
+@dataclass(frozen=True, slots=True)
 class SimulateInput(Command):
     """Close (on) or open a named digital input of a simulated drive or I/O node; real ones are never written."""
 

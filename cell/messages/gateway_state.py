@@ -99,6 +99,8 @@ class GatewayState:
     inputs: Annotated[dict[Name, Annotated[dict[Name, bool | None], Few]], Few] = field(default_factory=dict)
     """Robot: its named digital inputs, of drives and I/O nodes: true is closed (1), null is not known, because nobody
     has measured it lately."""
+    forced: Annotated[dict[Name, Annotated[dict[Name, Text], Few]], Few] = field(default_factory=dict)
+    """Robot: its digital outputs that are forced, each with the operator who did it."""
     estop: Name | None = None
     """Id of the oldest emergency stop in force here, confirmed or not; it ends only after the manager heard of it."""
     clock: ClockStatus | None = None

@@ -17,6 +17,7 @@ from cell.messages import (
     Disable,
     Enable,
     ForceInput,
+    ForceOutput,
     GatewayState,
     Go,
     Halt,
@@ -68,6 +69,8 @@ ORDERS: Mapping[str, Mapping[str, type[Command]]] = {
     "program": {"Run": Run, "Continue": Continue, "Step": Step},
 }
 """To one robot, by the words of their buttons; those that are pressed most have buttons of their own."""
+_FORCES: Mapping[str, bool | None] = {"force on": True, "force off": False, "follow": None}
+"""Of an output, by the words of their buttons."""
 
 
 _ORDER = {words: command for orders in ORDERS.values() for words, command in orders.items()}
@@ -311,18 +314,23 @@ class Controls:
             force.on_click(
                 self._gives(lambda event: ForceInput(name.value.strip(), forced[event.target.value]), Level.CONFIGURE)
             )
-            switch = gui.add_button_group("switch the output", ("on", "off"))
-            switch.on_click(lambda event: self._switch(name.value.strip(), event.target.value == "on"))
+            switch = gui.add_button_group("switch the output", ("on", "off", *_FORCES))
+            switch.on_click(lambda event: self._switch(name.value.strip(), event.target.value))
 
     def _taught(self, replace: bool) -> Teach:
         return Teach(self._point.value.strip(), PointKind.POSE, None, replace)
 
-    def _switch(self, output: str, on: bool) -> None:
+    def _switch(self, output: str, how: str) -> None:
         robot = self._robot.value
         gateway = self._settings.robots[robot].gateway
         state = self._seen.last(GatewayState, gateway)
         if state is None:
             self._say(f"gateway {gateway} does not answer")
             return
-        order = SwitchOutput(robot, output, on, self._desk.operator)
+        by = self._desk.operator
+        order = (
+            ForceOutput(robot, output, _FORCES[how], by)
+            if how in _FORCES
+            else SwitchOutput(robot, output, how == "on", by)
+        )
         self._ask(f"gateway/{gateway}", order, Heard(state[0].boot, state[0].sequence), Level.CONFIGURE)

@@ -27,6 +27,7 @@ from cell.messages.common import Count
 from cell.view.newest import Newest
 from cell.view.now import Line, Tone
 from cell.view.rows import AXIS_HEADING, Axes, Burst, Kind, axis_rows, bursts, duration
+from cell.view.words import forced_outputs
 
 MOST_LINES = 60
 _AROUND = 8
@@ -121,6 +122,7 @@ def _gateway(name: str, state: GatewayState) -> str:
     inputs = [f"{key} {_on(value)}" for named in state.inputs.values() for key, value in named.items()]
     inputs += [f"{key} {_on(value)}" for node in state.nodes for key, value in node.outputs.items()]
     signals = f"<br>{escape(', '.join(inputs))}" if inputs else ""
+    signals += "".join(f"<br>{_coloured(told, '#dc2626')}" for told in forced_outputs(state))
     return f"<div style='{_BOX}'>bus <b>{escape(name)}</b> {ready} {escape(text)}{problem}{signals}</div>"
 
 

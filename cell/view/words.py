@@ -51,6 +51,12 @@ def forced_text(state: RobotState) -> str:
     return f"forced for its programs: {inputs}" if inputs else ""
 
 
+def forced_outputs(gateway: GatewayState) -> list[str]:
+    """Each output that an operator has forced, and who he is."""
+    forced = ((robot, name, by) for robot, outputs in gateway.forced.items() for name, by in outputs.items())
+    return [f"output {name} of {robot} is FORCED by {by}" for robot, name, by in forced]
+
+
 def set_text(state: RobotState) -> str:
     """The parameters that are set; empty for none."""
     values = (f"{name} {each.value:g} {each.unit}" for name, each in state.parameters.items())

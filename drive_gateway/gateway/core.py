@@ -347,6 +347,11 @@ class GatewayCore:
             era=self._first_owner,
             io_nodes=tuple(io.describe() for io in self._io_nodes.values()),
             inputs={robot: named for robot, named in self._inputs.items() if named},
+            forced={
+                name: {output: by for output, (_, by) in robot.group.outputs.forced.items()}
+                for name, robot in self._robots.items()
+                if robot.group.outputs.forced
+            },
             estop=estop.id if estop is not None else None,
             clock=self._phase.clock.status(self._now),
         )

@@ -11,6 +11,7 @@ from cell.messages import GatewayState, ManagerState, MeetingStatus, ProgramStat
 from cell.messages.manager_state import ZoneStatus
 from cell.view.words import (
     ALARMED,
+    forced_outputs,
     forced_text,
     mounted_text,
     pace_text,
@@ -162,4 +163,5 @@ def gateway_line(name: str, gateway: GatewayState | None) -> str:
     return (
         f"gateway {name}: {'ready' if gateway.ready else gateway.problem or 'not ready'}, {gateway.interface}, "
         f"bus load {100 * counters.bus_load:.0f} %, late cycles {counters.late_cycles} of {counters.ticks}"
+        f"{''.join(f', {text}' for text in forced_outputs(gateway))}"
     )

@@ -1,4 +1,4 @@
-"""`cell output`: the digital outputs of a robot's drives, listed, or one of them switched by hand."""
+"""`cell output`: the digital outputs of a robot's drives, listed, or one of them switched by hand or forced."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,9 +12,9 @@ from rich.table import Table
 from cell.commands.client.connection import Connection, connect
 from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError
-from cell.commands.operator.robot_orders import OnOff
+from cell.commands.operator.robot_orders import Seen
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, RobotArgument
-from cell.messages import AxisStatus, GatewayState, IoStatus, NodeStatus, SwitchOutput
+from cell.messages import AxisStatus, ForceOutput, GatewayState, IoStatus, NodeStatus, SwitchOutput
 from drive_gateway.config import RobotDrives, load_drives
 from drive_gateway.config.settings import OutputSettings
 
@@ -24,7 +24,13 @@ def output(
     name: Annotated[
         str | None, typer.Argument(metavar="OUTPUT", help="Of the drives file.", show_default="list them all")
     ] = None,
-    switch: Annotated[OnOff | None, typer.Argument(metavar="on|off", help="on or off.", show_default=False)] = None,
+    switch: Annotated[
+        Seen | None,
+        typer.Argument(metavar="on|off|follow", help="follow: ends a force.", show_default=False),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="For a test: stays so until follow, whatever the program says.")
+    ] = False,
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
@@ -33,9 +39,14 @@ def output(
     Look first: a gripper that opens drops its part, one that closes pinches, also in a fault. Nothing else moves by
     this. Refused while the robot moves or its program runs, and where the output's node is not operational. The
     program's next SET DO or RESET DO switches it again. No safety function.
+
+    With --force it is kept also while a program runs or the robot moves, until follow; a stop switches off what must be
+    off then. `cell status` shows it.
     """
     if name is not None and switch is None:
         raise CommandError(f"on or off? Nothing was switched: {name!r}", f"cell output {robot} {name} on, or off")
+    if force and switch in (None, Seen.FOLLOW):
+        raise CommandError("--force needs on or off; nothing was switched", f"cell output {robot} OUTPUT on --force")
     with connect(file, endpoint) as operator:
         operator.check_robot(robot)
         gateway = operator.settings.robots[robot].gateway
@@ -45,10 +56,17 @@ def output(
             drives = load_drives(operator.settings.gateways[gateway].drives, gateway).robots[robot]
             _list(drives, state, str(operator.settings.gateways[gateway].drives))
         else:
-            print(switched(operator, gateway, SwitchOutput(robot, name, switch is OnOff.ON, operator_name())))
+            print(switched(operator, gateway, _order(robot, name, switch, force)))
 
 
-def switched(operator: Connection, gateway: str, order: SwitchOutput) -> str:
+def _order(robot: str, name: str, switch: Seen, force: bool) -> SwitchOutput | ForceOutput:
+    if switch is Seen.FOLLOW:
+        return ForceOutput(robot, name, None, operator_name())
+    on = switch is Seen.ON
+    return (ForceOutput if force else SwitchOutput)(robot, name, on, operator_name())
+
+
+def switched(operator: Connection, gateway: str, order: SwitchOutput | ForceOutput) -> str:
     """What the gateway says when the drive shows it. Raises `CommandError` with what it says else."""
     reply = operator.order_gateway(gateway, order)
     if not reply.ok:
@@ -68,6 +86,7 @@ def outputs_table(drives: RobotDrives, state: GatewayState) -> Table:
 
     What a silent drive does with its outputs nobody knows.
     """
+    forced = state.forced.get(drives.robot, {})
     nodes = {node.axis: node for node in state.nodes if node.robot == drives.robot}
     io_nodes = {io.name: io for io in state.io_nodes}
     title = f"digital outputs of {drives.robot}"
@@ -79,6 +98,7 @@ def outputs_table(drives: RobotDrives, state: GatewayState) -> Table:
         number, nmt, drive = where
         at_stop = "keep" if item.keep else "off"
         carrier = f"I/O {item.io}" if item.io else item.axis
+        found += f", forced by {forced[item.name]}" if item.name in forced else ""
         table.add_row(item.name, found, at_stop, carrier, number, str(item.bit), nmt, drive)
     return table
 

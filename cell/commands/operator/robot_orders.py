@@ -52,7 +52,7 @@ class OnOff(Enum):
 
 
 class Seen(Enum):
-    """How programs see an input."""
+    """How programs see an input, or what an output is to be."""
 
     ON = "on"
     OFF = "off"

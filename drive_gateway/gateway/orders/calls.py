@@ -11,6 +11,7 @@ from cell.messages import (
     ClaimGrant,
     DisableDrives,
     EnableDrives,
+    ForceOutput,
     HoldSetup,
     Home,
     MoveAxes,
@@ -38,7 +39,17 @@ from drive_gateway.gateway.orders.replies import Replies
 from drive_gateway.gateway.orders.setup_turn import SetupTurn
 from drive_gateway.gateway.robots.robot import Robot
 
-SEEN_STATE = (Home, MoveAxes, PressAxis, SwitchOutput, AcceptPosition, WriteObject, FaultDrive, SimulateInput)
+SEEN_STATE = (
+    Home,
+    MoveAxes,
+    PressAxis,
+    SwitchOutput,
+    ForceOutput,
+    AcceptPosition,
+    WriteObject,
+    FaultDrive,
+    SimulateInput,
+)
 """Orders that move, release or switch something: carried out within their time, in view of a `GatewayState`."""
 SEEN_FEEDBACK = (EnableDrives, ResetDrives)
 """The same of a robot's owner, in view of its `DriveFeedback`. What is in neither changes nothing, stops, or switches
@@ -55,6 +66,7 @@ RobotCommand = (
     | PressAxis
     | HoldSetup
     | SwitchOutput
+    | ForceOutput
     | AcceptPosition
 )
 
@@ -205,7 +217,7 @@ class GatewayCalls:
             case HoldSetup():
                 text, data = robot.hold(command.order, self._now - self._states.age(call.heard, self._now))
                 self._replies.give(call.id, True, text, data=data)
-            case SwitchOutput() as order:
+            case (SwitchOutput() | ForceOutput()) as order:
                 robot.hand.order(order, then)
             case DisableDrives():
                 self._turn.drop(robot.name, "it was disabled")

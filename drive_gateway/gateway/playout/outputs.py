@@ -1,6 +1,6 @@
 """The digital outputs of one robot: which are on, and the events of blocks that are still to switch them.
 
-An operator may switch them too (`hand_switch`).
+An operator may switch them too (`hand_switch`), or force them for a test; afterwards what blocks mean counts again.
 
 An event is executed once, with the sample of its tick, or so much earlier as its output leads. Numbers tell whether it
 was: blocks say an event again until its tick is played.
@@ -22,8 +22,10 @@ class Outputs:
 
     def __init__(self, outputs: Sequence[OutputSettings], cycle_s: float) -> None:
         self.names = tuple(output.name for output in outputs)
-        self.on = 0
-        """Bit i: the i-th of `names` is on."""
+        self._meant = 0
+        """Bit i: the i-th of `names` is to be on by blocks and by hand."""
+        self.forced: dict[str, tuple[bool, str]] = {}
+        """Outputs that an operator keeps on or off, and who he is."""
         self.barred = ""
         """Why nothing may be switched on although blocks are played; empty: nothing forbids it."""
         self._settings = {output.name: output for output in outputs}
@@ -36,6 +38,15 @@ class Outputs:
         self._early: set[int] = set()
         """Events above that, which were executed before their tick."""
         self._stopped: list[tuple[str, str]] = []
+
+    @property
+    def on(self) -> int:
+        """Bit i: the i-th of `names` is on."""
+        on = self._meant
+        for name, (value, _) in self.forced.items():
+            mask = 1 << self.names.index(name)
+            on = on | mask if value else on & ~mask
+        return on
 
     def begin(self) -> None:
         """A new owner counts its events from 1."""
@@ -64,10 +75,7 @@ class Outputs:
     def stop(self, why: str) -> None:
         """No block is played as its agent means it: forget what was to happen, and leave on only what is to be kept."""
         self._queue = []
-        off = self.on & ~self._kept
-        if off:
-            self._stopped += [(name, why) for place, name in enumerate(self.names) if off >> place & 1]
-            self.on &= self._kept
+        self._drop(~self._kept, why)
 
     def take_stopped(self) -> list[tuple[str, str]]:
         """The outputs that a stop switched off since the last call, each with what stopped."""
@@ -86,6 +94,14 @@ class Outputs:
         """Switch an output of the robot by hand; what blocks are still to switch remains."""
         self._set(self.names.index(name), on)
 
+    def force(self, name: str, on: bool, by: str) -> None:
+        """Keep an output on or off, whatever blocks say, until it follows them again."""
+        self.forced[name] = on, by
+
+    def follow(self, name: str) -> None:
+        """An output is again as blocks mean it."""
+        self.forced.pop(name, None)
+
     def word(self, axis: str = "", io: str = "") -> int:
         """What 60FEh:01 of one axis' drive, or 6200h of one I/O node, is to be for this robot."""
         places = enumerate(self._places)
@@ -98,12 +114,19 @@ class Outputs:
 
     def lost(self, io: str, why: str) -> None:
         """An I/O node is gone: what is not to be kept there goes off, so that it is off when the node comes back."""
-        off = self.on & ~self._kept
-        gone = [place for place, (where, _) in enumerate(self._places) if where == ("", io) and off >> place & 1]
-        for place in gone:
-            self._stopped.append((self.names[place], why))
-            self.on &= ~(1 << place)
+        there = sum(1 << place for place, (where, _) in enumerate(self._places) if where == ("", io))
+        self._drop(there & ~self._kept, why)
+
+    def _drop(self, places: int, why: str) -> None:
+        """Switch off, those too that are forced on: a stop rules. What is forced off stays so."""
+        if not (self._meant or self.forced):
+            return
+        off = self.on & places
+        self._stopped += [(name, why) for place, name in enumerate(self.names) if off >> place & 1]
+        self._meant &= ~places
+        on = {name for name, (value, _) in self.forced.items() if value and places >> self.names.index(name) & 1}
+        self.forced = {name: value for name, value in self.forced.items() if name not in on}
 
     def _set(self, place: int, on: bool) -> None:
         mask = 1 << place
-        self.on = self.on | mask if on else self.on & ~mask
+        self._meant = self._meant | mask if on else self._meant & ~mask

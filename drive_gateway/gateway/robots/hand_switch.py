@@ -1,10 +1,11 @@
 """Digital outputs that an operator switches: judged in the cycle that switches, answered when the drive shows it.
 
 A program that runs rules the outputs, and nothing is switched while something moves the robot. A robot that stands may
-be in a fault or switched off: somebody may have to free a person or a part.
+be in a fault or switched off: somebody may have to free a person or a part. What is forced for a test is kept over all
+that, but for what a stop switches off.
 """
 
-from cell.messages import SwitchOutput
+from cell.messages import ForceOutput, SwitchOutput
 from drive_gateway.canopen.sdo import Dialogue, SdoRead
 from drive_gateway.config.settings import OutputSettings
 from drive_gateway.gateway.drives.drive import Drive
@@ -23,10 +24,10 @@ class HandSwitch:
     def __init__(self, group: DriveGroup, log: EventLog) -> None:
         self._group = group
         self._log = log
-        self._orders: list[tuple[SwitchOutput, Then]] = []
+        self._orders: list[tuple[SwitchOutput | ForceOutput, Then]] = []
         self._told: list[_Told] = []
 
-    def order(self, order: SwitchOutput, then: Then) -> None:
+    def order(self, order: SwitchOutput | ForceOutput, then: Then) -> None:
         """Do it in the next cycle, or say why not; `then` gets the answer."""
         self._orders.append((order, then))
 
@@ -39,34 +40,64 @@ class HandSwitch:
         if self._told:
             self._told = [told for told in self._told if not told.answered(now)]
 
-    def _obey(self, order: SwitchOutput, then: Then, now: float) -> None:
+    def _obey(self, order: SwitchOutput | ForceOutput, then: Then, now: float) -> None:
         outputs = self._group.outputs
         output = outputs.named(order.output)
         if output is None:
             then(False, self._unknown(order.output))
             return
         carrier = self._group.carrier(output)
-        problem = self._problem(output, carrier, order.on)
+        if isinstance(order, ForceOutput) and order.on is None:
+            outputs.follow(output.name)
+            self._log.info("output_follows", f"{_what(order)} follows its program again, by {order.by}")
+            then(True, f"{_what(order)} follows its program again, and is {_word(outputs.is_on(output.name))}")
+            return
+        on = bool(order.on)
+        problem = self._problem(output, carrier, order)
         if problem:
             then(False, f"{order.robot}: {problem}")
             return
-        if outputs.is_on(output.name) is not order.on:
-            outputs.switch(output.name, order.on)
-            self._log.info("output_by_hand", f"{_what(order)} was switched {_word(order.on)} by hand, by {order.by}")
-        self._told.append(_Told(self._group, carrier, output, order, then, now + CONFIRM_S))
+        if isinstance(order, ForceOutput):
+            outputs.force(output.name, on, order.by)
+            self._log.warn(
+                "output_forced",
+                f"{_what(order)} is forced {_word(on)}, by {order.by}",
+                f"when the test is over: cell output {order.robot} {order.output} follow",
+            )
+        elif outputs.is_on(output.name) is not on:
+            outputs.switch(output.name, on)
+            self._log.info("output_by_hand", f"{_what(order)} was switched {_word(on)} by hand, by {order.by}")
+        self._told.append(_Told(self._group, carrier, output, _what(order), on, then, now + CONFIRM_S))
 
     def _unknown(self, name: str) -> str:
         names = self._group.outputs.names
         known = f"its outputs are {', '.join(names)}" if names else "`outputs` of the drives file names none"
         return f"{self._group.robot} has no output {name}; {known}"
 
-    def _problem(self, output: OutputSettings, carrier: Drive | IoNode, on: bool) -> str:
+    def _problem(self, output: OutputSettings, carrier: Drive | IoNode, order: SwitchOutput | ForceOutput) -> str:
         """Why it must not be switched, or cannot be told; empty when it may."""
         group = self._group
         if not carrier.operational:
             return f"output {output.name} is at {carrier.said()}; it is told nothing before it is operational"
         if group.setup.motion is not None:
             return "it is being set up; switch outputs when that is done"
+        if isinstance(order, SwitchOutput) and (why := self._ruled(output)):
+            return why
+        why = group.playout.why_stopped
+        if order.on and not output.keep and why:
+            return (
+                f"output {output.name} has `at_stop: off` in the drives file, so it stays off while {why}; "
+                "it can be switched on once the robot is enabled and its agent runs"
+            )
+        return ""
+
+    def _ruled(self, output: OutputSettings) -> str:
+        """Why an operator must not switch it without force; empty when he may."""
+        group = self._group
+        if forced := group.outputs.forced.get(output.name):
+            on, by = forced
+            follow = f"cell output {group.robot} {output.name} follow"
+            return f"output {output.name} is forced {_word(on)}, by {by}; first: {follow}"
         if group.playout.programmed:
             return (
                 f"its program runs and switches the outputs; first: cell halt {group.robot}, "
@@ -76,12 +107,6 @@ class HandSwitch:
             return f"its drives brake; switch output {output.name} when it stands"
         if group.playout.live and not group.standstill.at_rest:
             return f"it moves; switch output {output.name} when it stands"
-        why = group.playout.why_stopped
-        if on and not output.keep and why:
-            return (
-                f"output {output.name} has `at_stop: off` in the drives file, so it stays off while {why}; "
-                "it can be switched on once the robot is enabled and its agent runs"
-            )
         return ""
 
 
@@ -93,13 +118,16 @@ class _Told:
         group: DriveGroup,
         carrier: Drive | IoNode,
         output: OutputSettings,
-        order: SwitchOutput,
+        what: str,
+        on: bool,
         then: Then,
         deadline: float,
     ) -> None:
         self._outputs = group.outputs
         self._carrier = carrier
-        self._order = order
+        self._name = output.name
+        self._what = what
+        self._on = on
         self._then = then
         self._deadline = deadline
         self._confirmed = False
@@ -110,16 +138,16 @@ class _Told:
 
     def answered(self, now: float) -> bool:
         """One cycle; true when the operator has the answer."""
-        order = self._order
-        if self._outputs.is_on(order.output) is not order.on:
-            text = f"was switched {_word(order.on)}, and is {_word(not order.on)} again"
-            self._then(False, f"{_what(order)} {text}: a stop, a program or another order came after")
+        word = _word(self._on)
+        if self._outputs.is_on(self._name) is not self._on:
+            text = f"was switched {word}, and is {_word(not self._on)} again"
+            self._then(False, f"{self._what} {text}: a stop, a program or another order came after")
         elif self._confirmed:
-            self._then(True, f"{_what(order)} is {_word(order.on)}: {self._carrier.label} {self._found}")
+            self._then(True, f"{self._what} is {word}: {self._carrier.label} {self._found}")
         elif now > self._deadline:
-            text = f"was told to be {_word(order.on)}, but not confirmed within {CONFIRM_S:g} s"
+            text = f"was told to be {word}, but not confirmed within {CONFIRM_S:g} s"
             look = "look what it does before you rely on it"
-            self._then(False, f"{_what(order)} {text}: {self._carrier.label} {self._found}; {look}")
+            self._then(False, f"{self._what} {text}: {self._carrier.label} {self._found}; {look}")
         else:
             return False
         self._reading.close()
@@ -135,10 +163,10 @@ class _Told:
                 return
             shown = int.from_bytes(outcome.data, "little")
             self._found = f"shows {name} = {shown:0{2 * len(outcome.data)}X}h"
-            self._confirmed = bool(shown >> bit & 1) is self._order.on
+            self._confirmed = bool(shown >> bit & 1) is self._on
 
 
-def _what(order: SwitchOutput) -> str:
+def _what(order: SwitchOutput | ForceOutput) -> str:
     return f"{order.robot}: output {order.output}"
 
 

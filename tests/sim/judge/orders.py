@@ -13,6 +13,7 @@ from cell.messages import (
     Enable,
     Estop,
     Event,
+    ForceOutput,
     Jog,
     ManagerState,
     Release,
@@ -221,7 +222,7 @@ class OutputsByOrder(Invariant):
 
     def _call(self, _: str, request: Request) -> None:
         command = request.call.command if isinstance(request.call, Call) else None
-        if isinstance(command, SwitchOutput) and command.on:
+        if isinstance(command, ForceOutput) or (isinstance(command, SwitchOutput) and command.on):
             self._by_hand[command.robot] = self.facts.now
 
     def _feedback(self, name: str, feedback: DriveFeedback) -> None:

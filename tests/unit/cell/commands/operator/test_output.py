@@ -14,7 +14,18 @@ from cell.commands.client.connection import Connection
 from cell.commands.operator import output as output_command
 from cell.commands.operator.output import outputs_table
 from cell.config import load_cell
-from cell.messages import AxisStatus, BusCounters, Call, GatewayState, Heard, IoStatus, NodeStatus, Reply, SwitchOutput
+from cell.messages import (
+    AxisStatus,
+    BusCounters,
+    Call,
+    ForceOutput,
+    GatewayState,
+    Heard,
+    IoStatus,
+    NodeStatus,
+    Reply,
+    SwitchOutput,
+)
 from drive_gateway.config import RobotDrives, load_drives
 from drive_gateway.config.settings import OutputSettings
 from tests.unit.config_world import TWO_ARMS
@@ -62,6 +73,16 @@ def test_the_robots_gateway_is_asked_in_view_of_its_newest_state(
     assert call.heard == Heard("b", 7)
 
 
+@pytest.mark.parametrize(("words", "on"), [(("on", "--force"), True), (("off", "--force"), False), (("follow",), None)])
+def test_an_output_is_forced_until_it_follows(
+    monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], on: bool | None
+) -> None:
+    line = Line()
+    assert line.say(monkeypatch, "left", "gripper", *words).exit_code == 0
+    ((_, call),) = line.asked
+    assert call.command == ForceOutput("left", "gripper", on, "anna@pc")
+
+
 def test_a_refusal_is_told_in_the_gateways_words(monkeypatch: pytest.MonkeyPatch) -> None:
     refused = Reply("", False, "left has no output griper; its outputs are gripper")
     result = Line(answer=refused).say(monkeypatch, "left", "griper", "on")
@@ -74,6 +95,8 @@ def test_a_refusal_is_told_in_the_gateways_words(monkeypatch: pytest.MonkeyPatch
     [
         (("left", "gripper"), "on or off? Nothing was switched: 'gripper'"),
         (("left", "on"), "on or off? Nothing was switched: 'on'"),
+        (("left", "gripper", "follow", "--force"), "--force needs on or off; nothing was switched"),
+        (("left", "--force"), "--force needs on or off; nothing was switched"),
         (("middle", "gripper", "on"), "no robot 'middle' in "),
         (("middle",), "no robot 'middle' in "),
     ],
@@ -151,3 +174,8 @@ def test_an_output_of_an_io_node_is_listed_with_its_node_and_unknown_while_that_
 
 def test_of_a_silent_drive_nobody_knows_what_its_outputs_do() -> None:
     assert rows(replace(J6, nmt="unknown", drive=AxisStatus.SILENT))[0][1] == "unknown"
+
+
+def test_a_forced_output_says_by_whom() -> None:
+    table = outputs_table(drives(), replace(state(), forced={"left": {"gripper": "anna@pc"}}))
+    assert next(iter(table.columns[1].cells)) == "on, forced by anna@pc"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cell.core import Request
-from cell.messages import Call, Estop, Heard, Home, OutputEvent, PlayoutState, Reply, SwitchOutput
+from cell.messages import Call, Estop, ForceOutput, Heard, Home, OutputEvent, PlayoutState, Reply, SwitchOutput
 from drive_gateway.config.settings import HomingSettings, OutputSettings, RobotDrives
 from tests.unit.gateway_world import TIMES, KindManager, World, axis, block, gateway_settings, s_motion
 
@@ -40,6 +40,9 @@ class HandWorld(World):
         request_id = self.order(output, on)
         self.until(lambda: request_id in self.replies)
         return self.replies[request_id]
+
+    def force(self, output: str, on: bool | None) -> Reply:
+        return self.ask(ForceOutput("left", output, on, "anna@pc"))
 
     def refusal(self, output: str, on: bool) -> str:
         before = self.on
@@ -246,3 +249,74 @@ def test_what_a_stop_has_undone_meanwhile_is_not_told_as_done() -> None:
     assert world.replies[request_id].text == (
         "left: output glue was switched on, and is off again: a stop, a program or another order came after"
     )
+
+
+def test_a_forced_output_stays_so_over_a_running_program_which_rules_again_when_it_follows() -> None:
+    world = HandWorld()
+    owner = world.enabled()
+    world.held_by_a_program(owner)
+    assert (
+        world.force("gripper", on=True).text
+        == "left: output gripper is on: node 2 (left J2) shows 60FEh:01 = 00010000h"
+    )
+    tick = world.feedback.tick + 10
+    world.held_by_a_program(owner, OutputEvent(tick, 1, 0, True), OutputEvent(tick + 5, 2, 0, False))
+    world.until(lambda: world.feedback.event == 2)
+    assert (world.on, world.feedback.outputs) == (GRIPPER_BIT, 1)
+    world.until(lambda: bool(world.state.forced))
+    assert world.state.forced == {"left": {"gripper": "anna@pc"}}
+    assert world.force("gripper", on=None).text == "left: output gripper follows its program again, and is off"
+    world.run(0.3)
+    assert (world.on, world.state.forced) == (0, {})
+    told = [(event.code, event.text) for event in world.events if event.code.startswith("output_")]
+    assert told == [
+        ("output_forced", "left: output gripper is forced on, by anna@pc"),
+        ("output_follows", "left: output gripper follows its program again, by anna@pc"),
+    ]
+
+
+def test_what_is_forced_off_misses_no_event_and_no_hand_switches_it() -> None:
+    world = HandWorld()
+    owner = world.enabled()
+    world.hold(owner)
+    assert world.force("glue", on=False).ok
+    tick = world.feedback.tick + 10
+    world.held_by_a_program(owner, OutputEvent(tick, 1, 1, True))
+    world.until(lambda: world.feedback.event == 1)
+    assert world.on == 0
+    assert world.refusal("glue", on=True) == (
+        "left: output glue is forced off, by anna@pc; first: cell output left glue follow"
+    )
+    assert world.force("glue", on=None).text.endswith("follows its program again, and is on")
+    world.run(0.02)
+    assert world.on == GLUE_BIT
+
+
+def test_a_forced_output_is_kept_while_the_robot_moves() -> None:
+    world = HandWorld()
+    world.moves(0.4, 0.1)
+    world.run(0.1)
+    assert world.force("gripper", on=True).ok
+    assert world.on == GRIPPER_BIT
+
+
+def test_a_stop_ends_what_is_forced_on_and_must_be_off_then_and_nothing_else() -> None:
+    world = HandWorld()
+    world.lives()
+    assert world.force("glue", on=True).ok
+    assert world.force("gripper", on=True).ok
+    world.tell(Estop("e1", True, "door", "test"))
+    world.run(0.5)
+    assert world.on == GRIPPER_BIT
+    assert world.state.forced == {"left": {"gripper": "anna@pc"}}
+    refused = world.force("glue", on=True)
+    assert not refused.ok
+    assert "output glue has `at_stop: off` in the drives file, so it stays off while" in refused.text
+    assert world.force("glue", on=False).ok
+    world.run(0.3)
+    assert world.state.forced == {"left": {"gripper": "anna@pc", "glue": "anna@pc"}}
+
+
+def test_an_unknown_output_is_not_forced() -> None:
+    reply = HandWorld().force("griper", on=True)
+    assert (reply.ok, reply.text) == (False, "left has no output griper; its outputs are gripper, glue")
