@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cell.messages import Command, DriveFeedback, Halt, Mode, ProgramState, Reply, SwitchOutput
+from cell.messages import Command, DriveFeedback, ForceOutput, Halt, Mode, ProgramState, Reply, SwitchOutput
 from tests.sim.operator import PatientOperator
 from tests.sim.scenario import BAD
 from tests.sim.world import World, load_bundle
@@ -89,3 +89,35 @@ def test_by_hand_it_opens_only_while_the_program_is_halted_and_the_next_statemen
     operator.working = True
     assert until(lambda: world.seen.robots["left"].program.state is ProgramState.DONE)
     assert until(lambda: node.outputs[0].on == GRIPPER, within_s=0.1)
+
+
+def test_what_is_forced_for_a_test_stays_so_while_the_program_runs_to_its_end(tmp_path: Path) -> None:
+    copy = Copy(tmp_path)
+    programs = copy.folder / "two_arms" / "programs"
+    (programs / "left.prog").write_text("SET DO gripper\nWAIT 1\nRESET DO gripper\nWAIT 1\nSET DO gripper\nEND")
+    (programs / "right.prog").write_text("END")
+    world = World(load_bundle(copy.folder / "two_arms" / "cell.yaml"), 5, BAD)
+    node = world.buses["gateway/left_bus"].nodes[6]
+    PatientOperator(world)
+    shown: set[int] = set()
+
+    def forced(on: bool | None) -> None:
+        order = ForceOutput("left", "gripper", on, "anna@pc")
+        for _ in range(20):
+            world.operate("gateway/left_bus", order)
+            if world.clock.run_until(
+                world.clock.now + 0.15, lambda: any(asked is order and said.ok for _, asked, said in world.seen.replies)
+            ):
+                return
+        raise AssertionError(f"{order} was never carried out")
+
+    assert world.clock.run_until(world.clock.now + 30.0, lambda: node.outputs[0].on == GRIPPER)
+    forced(True)
+    world.on_feedback.append(lambda _: shown.add(node.outputs[0].on))
+    assert world.clock.run_until(
+        world.clock.now + 30.0, lambda: world.seen.robots["left"].program.state is ProgramState.DONE
+    )
+    assert shown == {GRIPPER}
+    forced(None)
+    assert world.clock.run_until(world.clock.now + 1.0, lambda: not world.seen.gateways["left_bus"].forced)
+    assert node.outputs[0].on == GRIPPER
