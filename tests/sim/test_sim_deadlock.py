@@ -41,11 +41,11 @@ ONE_ZONE = """  handover:
     pose: {X: 0, Y: 0, Z: 1400, A: 0, B: 0, C: 0}
 """
 IN = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=80\nML X=1450 Y=500 Z=1350 A=0 B=90 C=0 F=300\n"
-ACROSS = "ML Y=-500 F=150\nML X=980 Y=0 F=900\nHOME F=80\nEND\n"
+ACROSS = "ML Y=-500 F=400\nML X=980 Y=0 F=900\nHOME F=80\nEND\n"
 """The right arm is turned by half a turn: what is north for one is south for the other."""
 
 
-PAUSE = "WAIT 3\n"
+PAUSE = "WAIT 2\n"
 
 
 class Cell:

@@ -198,14 +198,16 @@ def test_without_a_manager_it_takes_the_operators_word_that_he_keeps_the_others_
     cell.until(lambda: cell.moves("left"))
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(1, 50))])
-def test_never_two_at_once_over_a_network_that_loses_and_delays(seed: int) -> None:
+@pytest.mark.parametrize(
+    ("seed", "rounds"), [(0, 16), *(pytest.param(seed, 32, marks=pytest.mark.soak) for seed in range(50))]
+)
+def test_never_two_at_once_over_a_network_that_loses_and_delays(seed: int, rounds: int) -> None:
     """Both operators want to set up, enable and run, again and again, at random moments; the manager is restarted."""
     cell = Cell(seed, LOSSY)
     rng = cell.world.rng
     robots = sorted(cell.world.cell.robots)
     moved = 0
-    for round_ in range(32):
+    for round_ in range(rounds):
         robot = rng.choice(robots)
         orders = [(cell.gateway(robot), move(robot, rng.choice([-0.1, 0.1])))] * 4
         orders += [
@@ -221,7 +223,7 @@ def test_never_two_at_once_over_a_network_that_loses_and_delays(seed: int) -> No
         to, command = rng.choice(orders)
         cell.held = set(robots if rng.random() < 0.8 else ())
         cell.world.operate(to, command)
-        if round_ == 16:
+        if round_ == rounds // 2:
             cell.world.kill("manager")
             cell.world.clock.after(0.4, cell.world.start_manager)
         for _ in range(rng.randint(1, 8)):
@@ -229,6 +231,6 @@ def test_never_two_at_once_over_a_network_that_loses_and_delays(seed: int) -> No
             moved += sum(map(cell.moves, robots))
     assert cell.both == []
     told = [event.code for event in cell.world.seen.events]
-    assert moved >= 5
+    assert moved >= rounds / 8
     assert told.count("setup_begins") > 2
     assert "setup" in told
