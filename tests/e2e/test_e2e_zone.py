@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from live_cell import SHIPPED_CYCLE_S, LiveCell, Recorder, wait_until
+from live_cell import SHIPPED_CYCLE_S, LiveCell, Recorder, change, wait_until
 
 from cell.geometry import Box, body_touches
 from cell.messages import Presence, ProgramState, RobotState
@@ -45,6 +45,8 @@ class Onlooker:
 
 def test_both_programs_run_to_their_end_and_bodies_are_never_in_the_zone_together(live: LiveCell) -> None:
     live.without_repeats("left", "right")
+    # So long in the zone that left has to wait for it, however late one of the two begins.
+    change(live.settings.robots["right"].program, {"WAIT 0.3": "WAIT 4"})
     up = live.up("--until-done")
     up.wait_for_output("all robots enabled", 60.0)
     onlooker = Onlooker(live)
