@@ -165,7 +165,7 @@ RULES = (
     Mutant(
         "output-stays-on",
         "an output that goes off at a stop stays on",
-        (Edit("drive_gateway/gateway/playout/outputs.py", "            self.on &= self._kept\n", ""),),
+        (Edit("drive_gateway/gateway/playout/outputs.py", "        self._meant &= ~places\n", ""),),
     ),
     Mutant(
         "output-after-stop",
