@@ -45,6 +45,12 @@ def test_an_emergency_stop_lists_who_stands_and_who_has_not_said_so() -> None:
     assert "robot right has not confirmed" in html
 
 
+def test_a_forced_output_is_told_with_who_forced_it() -> None:
+    forced = replace(gateway(), forced={"left": {"gripper": EVIL}})
+    html = panels.drives(CELL, seen(forced), AXES)
+    assert "output gripper of left is FORCED by &lt;img" in html
+
+
 def at_line(line: int, text: str) -> str:
     program = replace(robot("left").program, name="left.prog", line=line, text=text)
     lines = tuple(f"ML X={number} F=100 ; <{number}>" for number in range(1, 100))

@@ -6,6 +6,7 @@ from cell.commands.client.cell_view import Snapshot, at_rest
 from cell.commands.client.state_table import (
     cell_table,
     clock_line,
+    gateway_line,
     labelled_why,
     meeting_line,
     robot_line,
@@ -55,6 +56,14 @@ def test_a_robot_that_waits_says_for_what() -> None:
 def test_inputs_that_are_forced_are_shown_whatever_the_robot_does() -> None:
     forced = dataclasses.replace(RUNNING, forced={"part": True, "door": False})
     assert robot_line("left", forced).endswith("ML X=1650, forced for its programs: part on, door off")
+
+
+def test_outputs_that_are_forced_are_shown_with_who_forced_them() -> None:
+    counters = BusCounters(100, 0, 0.0, 0, 0, 0, 0.3)
+    state = GatewayState("left_bus", "b", 1, 0.004, "virtual", True, "", {}, None, (), counters)
+    forced = dataclasses.replace(state, forced={"left": {"gripper": "anna@pc"}})
+    assert gateway_line("left_bus", state).endswith("late cycles 0 of 100")
+    assert gateway_line("left_bus", forced).endswith("of 100, output gripper of left is FORCED by anna@pc")
 
 
 def test_what_is_set_is_shown() -> None:
