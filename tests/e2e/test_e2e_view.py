@@ -5,7 +5,7 @@ import os
 import re
 import signal
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -113,17 +113,24 @@ def stays_at_rest(viewed: Viewed, states: int = 25) -> None:
     assert all(each.tcp_speed_m_s == 0.0 for each in seen)
 
 
+@contextmanager
+def page_of(cell: LiveCell) -> Iterator[Viewed]:
+    """A browser on the page of a cell that is up."""
+    page = cell.start("cell", "view", "--control", "operate", "--port", "0", "-f", str(cell.file))
+    page.wait_for_output("to operate: ", 60.0)
+    with Chromium(cell.folder) as browser, cell.client() as session:
+        yield Viewed(cell, page, browser, Recorder(session, "robot/*/state"))
+    page.signal(signal.SIGINT)
+    assert page.wait(10.0) == 0, page.output
+
+
 @pytest.fixture(scope="module")
 def viewed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewed]:
     folder: Path = tmp_path_factory.mktemp("view")
     with LiveCell(folder) as cell:
         cell.up().wait_for_output("all robots enabled", 60.0)
-        page = cell.start("cell", "view", "--control", "operate", "--port", "0", "-f", str(cell.file))
-        page.wait_for_output("to operate: ", 60.0)
-        with Chromium(folder) as browser, cell.client() as session:
-            yield Viewed(cell, page, browser, Recorder(session, "robot/*/state"))
-        page.signal(signal.SIGINT)
-        assert page.wait(10.0) == 0, page.output
+        with page_of(cell) as viewed:
+            yield viewed
 
 
 @pytest.fixture(autouse=True)
@@ -175,6 +182,7 @@ def test_a_tab_that_is_hidden_while_a_button_is_held_stops_the_robot_which_stays
     comes_to_rest(viewed)
     tab.call("Page.bringToFront")
     wait_until(lambda: tab.js("document.visibilityState") == "visible", SHOWN_S, "the tab in front again")
+    wait_until(lambda: tab.js(DRAWS), SHOWN_S, "a browser that draws the room again")
     stays_at_rest(viewed)
     tab.mouse("mouseReleased", at)
     tab.mouse("mouseReleased", press(viewed, tab))
@@ -270,3 +278,16 @@ def test_both_robots_are_seen_to_move_and_the_emergency_stop_stops_both_and_list
     assert len(re.findall("next: .*cell reset", tab.text())) == 2
     viewed.states.take()
     assert {viewed.state(robot).mode for robot in ("left", "right")} == {Mode.ESTOP}
+
+
+def test_a_cell_that_is_ended_and_started_again_is_seen_again(tmp_path: Path) -> None:
+    with LiveCell(tmp_path) as cell:
+        first = cell.up()
+        first.wait_for_output("all robots enabled", 60.0)
+        with page_of(cell) as viewed:
+            tab = viewed.opened("watch")
+            first.signal(signal.SIGINT)
+            first.wait(30.0)
+            wait_until(lambda: "next: start its program" not in tab.text(), SHOWN_S, "that nobody answers")
+            cell.up().wait_for_output("all robots enabled", 60.0)
+            shows(tab, "next: start its program")
