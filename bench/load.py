@@ -72,16 +72,21 @@ def used(processes: list[int], seconds: float) -> list[Used]:
 
 def _without_end(programs: Path) -> None:
     for program in programs.glob("*.prog"):
-        program.write_text(re.sub(r"^GOTO again \d+$", "GOTO again", program.read_text(), flags=re.MULTILINE))
+        program.write_text(re.sub(r"^GOTO again \d+$", "GOTO again 100000", program.read_text(), flags=re.MULTILINE))
 
 
 @contextmanager
 def running(cell: Path) -> Iterator[int]:
-    """`cell up` with all programs; its process id."""
+    """`cell up` with all programs; its process id.
+
+    Raises RuntimeError: it ended by itself, so there was nothing to measure.
+    """
     words = [sys.executable, "-c", _CELL, "up", str(cell), "--run"]
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         yield process.pid
+        if process.poll() is not None:
+            raise RuntimeError(f"cell up {cell} ended by itself with {process.returncode}; run it by hand to read why")
     finally:
         process.send_signal(signal.SIGINT)
         process.wait()

@@ -9,9 +9,13 @@ from live_cell import LiveCell
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A test waits until its own deadlines, which say what was missing, before it is ended from outside."""
+    """A test waits until its own deadlines, which say what was missing, before it is ended from outside.
+
+    How long a soak test may take is said by who starts it: `--timeout`.
+    """
     for item in items:
-        if item.path.parent == Path(__file__).parent and item.get_closest_marker("timeout") is None:
+        said = any(item.get_closest_marker(name) for name in ("timeout", "soak"))
+        if item.path.parent == Path(__file__).parent and not said:
             item.add_marker(pytest.mark.timeout(300))
 
 
