@@ -1,8 +1,12 @@
 """Prints one line per measurement: its time, and its ratio to a peer library or to the deadline it must keep.
 
 A ratio to a peer is measured in the same run, so that a slow machine does not change it; below 1 is faster.
+`python -m bench GROUP [GROUP ...]` measures these alone.
 """
 
+import argparse
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -119,35 +123,60 @@ def mixed_motion(model: Model, limits: Limits) -> list[Row]:
     ]
 
 
-def main() -> None:
-    """Measure and print."""
-    model = load_model(MODEL)
+def _poses(model: Model) -> np.ndarray:
+    """Joints `(POSES, n)` [rad] all over the range of the model."""
     lower, upper = model.description.limits.position.T
-    q = np.random.default_rng(1).uniform(lower, upper, (POSES, model.n))
-    table = Table("what", "median", "ratio", "to")
+    return np.random.default_rng(1).uniform(lower, upper, (POSES, model.n))
+
+
+def groups() -> dict[str, Callable[[], list[Row]]]:
+    """By name, in the order of the table."""
+    model, iterating = load_model(MODEL), load_model(NUMERIC)
     limits = Limits.of(model.description)
-    iterating = load_model(NUMERIC)
-    inverse = kinematics(model, iterating, q)
-    own = [profile(), *motions(model, limits), *mixed_motion(model, limits), *corrections(model, iterating)]
-    for row in [
-        *inverse,
-        *distances(),
-        *trajectories(model),
-        *nearness(),
-        *makespan(),
-        *short_lines(),
-        *own,
-        *emergency_stop(),
-        *simulated_drives(),
-        *gateways(),
-        *load(),
-        *view(),
-        *arms(),
-        *rests(),
-    ]:
-        table.add_row(*row.cells())
+    return {
+        "kinematics": lambda: kinematics(model, iterating, _poses(model)),
+        "distances": distances,
+        "trajectories": lambda: trajectories(model),
+        "nearness": nearness,
+        "makespan": makespan,
+        "short_lines": short_lines,
+        "profile": lambda: [profile()],
+        "motions": lambda: motions(model, limits),
+        "mixed_motion": lambda: mixed_motion(model, limits),
+        "corrections": lambda: corrections(model, iterating),
+        "estop": emergency_stop,
+        "drives": simulated_drives,
+        "gateways": gateways,
+        "load": load,
+        "view": view,
+        "arms": arms,
+        "rest": rests,
+    }
+
+
+def main() -> int:
+    """Measure and print. A group that cannot be measured is told after the others, and the exit code is 1."""
+    known = groups()
+    parser = argparse.ArgumentParser(prog="python -m bench", description="print the numbers that the project promises")
+    parser.add_argument("names", nargs="*", metavar="GROUP", help=f"these alone, of: {', '.join(known)}")
+    names = parser.parse_args().names or list(known)
+    if unknown := [name for name in names if name not in known]:
+        parser.error(f"no group {', '.join(unknown)}; there are: {', '.join(known)}")
+    table = Table("what", "median", "ratio", "to")
+    failed = []
+    for name in names:
+        try:
+            rows = known[name]()
+        except Exception as why:  # the other numbers took minutes: they are printed all the same
+            failed.append(f"{name}: not measured, {type(why).__name__}: {why}")
+            continue
+        for row in rows:
+            table.add_row(*row.cells())
     Console().print(table)
+    for line in failed:
+        print(line, file=sys.stderr)
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

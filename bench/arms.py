@@ -1,6 +1,6 @@
 """How many arms a host holds: cells that grow by an arm, until their cycles are late where an idle loop's are not.
 
-`python -m bench.arms` alone; each cell is run for half a minute.
+`python -m bench arms` alone; each cell is run for half a minute.
 """
 
 import os
@@ -126,8 +126,3 @@ def _cell_of(count: int, folder: Path) -> Path:
         "times: {feedback_lost_s: 0.8, owner_silent_s: 2}\n"
     )
     return cell
-
-
-if __name__ == "__main__":
-    for row in arms():
-        print("  ".join(row.cells()), flush=True)

@@ -120,8 +120,3 @@ def _lying(ends: Array) -> tuple[float, Array, Array]:
     x = np.cross(np.eye(3)[int(np.argmin(abs(z)))], z)
     x /= np.linalg.norm(x)
     return length, np.stack([x, np.cross(z, x), z], axis=-1), ends.mean(axis=0)
-
-
-if __name__ == "__main__":
-    for row in distances():
-        print("  ".join(row.cells()), flush=True)

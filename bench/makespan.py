@@ -128,8 +128,3 @@ def _meet(near: np.ndarray, shift: int) -> bool:
     m, n = near.shape
     at = np.arange(min(shift, 0), max(m, n + shift))
     return bool(near[np.clip(at, 0, m - 1), np.clip(at - shift, 0, n - 1)].any())
-
-
-if __name__ == "__main__":
-    for row in makespan():
-        print(*row.cells(), sep="   ")

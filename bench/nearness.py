@@ -1,6 +1,6 @@
 """Which sections of robots come too near to each other: what one question costs, and a cell of robots in a ring.
 
-`python -m bench.nearness` alone. The robots are six-axis arms that wave, their sections 10 ms apart.
+`python -m bench nearness` alone. The robots are six-axis arms that wave, their sections 10 ms apart.
 """
 
 from collections.abc import Iterator
@@ -117,8 +117,3 @@ def _arm(model: Model, number: int, x: float, y: float, turn: float = 0.0) -> _A
 
 def _separation() -> Nearness:
     return Nearness(_MARGIN_M, {}, lambda _: frozenset({0}), lambda _, capsule: f"link {capsule}")
-
-
-if __name__ == "__main__":
-    for row in nearness():
-        print("  ".join(row.cells()), flush=True)

@@ -302,8 +302,3 @@ def _turned(track: Track) -> Floats:
     """[rad] by how much each message's place of the last axis differs from the one before."""
     places = np.array([message.position[-1] for message in track.said])
     return np.abs(np.diff(places, prepend=places[0]))
-
-
-if __name__ == "__main__":
-    for row in rests():
-        print("  ".join(row.cells()))

@@ -218,8 +218,3 @@ def _memory(model: Model) -> list[Row]:
     what = f"{_MANY} lines of 0.1 mm, F=300: a line planned"
     beside = f"of the largest plan kept with half of them ({few.kept / 1e6:.1f} MB)"
     return [Row(what, many.planning_s / _MANY, many.kept / few.kept, beside)]
-
-
-if __name__ == "__main__":
-    for row in short_lines():
-        print(*row.cells(), sep="   ", flush=True)
