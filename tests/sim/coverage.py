@@ -157,11 +157,16 @@ def _code(argument: ast.expr) -> str:
 
 
 ELSEWHERE = {
+    "call_failed": "unit/drive_gateway/gateway/orders/test_order_age.py",
     "correction": "sim/test_sim_corrections.py",
     "drive_warning": "sim/test_sim_warnings.py",
     "drive_warning_over": "sim/test_sim_warnings.py",
+    "frame_moved": "unit/cell/manager/test_frames.py",
+    "io_warning": "sim/test_sim_io_nodes.py",
+    "late_for_meeting": "unit/robot_agent/agent/program/test_meetings.py",
     "left_enabled": "sim/test_sim_faults.py",
     "limit_switch": "sim/test_sim_limit_switches.py",
+    "meeting_deadlock": "unit/cell/manager/test_meeting_deadlock.py",
     "mode_refused": "sim/test_sim_setup.py",
     "moves_without_torque": "sim/test_sim_stops.py",
     "not_off": "sim/test_sim_stops.py",
@@ -176,10 +181,11 @@ ELSEWHERE = {
     "setup_stopped": "sim/test_sim_setup.py",
     "simulation_slow": "unit/drive_gateway/gateway/test_core.py",
     "stop_deadline": "sim/test_sim_stops.py",
+    "zone_changed": "unit/cell/manager/test_zone_changes.py",
     "zone_deadlock": "sim/test_sim_deadlock.py",
 }
-"""Events of what no generated cell does, and the test that has each: drives with a fault or a setting of their own,
-set-up, programs that are wrong, agents that are."""
+"""Events of what no generated cell does, and the test that has each: drives with a fault or a setting of their own, I/O
+nodes, set-up, frames and zones that are changed, meetings, programs that are wrong, agents that are."""
 
 
 def unseen(counts: Counter[str]) -> list[str]:

@@ -11,10 +11,13 @@ from typing import ClassVar
 
 from cell.messages import (
     ClearZone,
+    Confinement,
+    ConfineRobot,
     Continue,
     Disable,
     Enable,
     Estop,
+    ForceOutput,
     Halt,
     Jog,
     JogFrame,
@@ -52,6 +55,8 @@ _UNHEARD_S = 1.5
 _CROWDED_S = 0.1
 _COMES_S, _BLOCKED_S, _SILENT_S = 12.0, 0.3, 0.8
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
+_CONFINED_M = 0.05
+"""So much larger than the robot is the box of which an operator says that it stays there."""
 MOMENTS = ("enters", "is inside", "leaves", "is granted", "asks", "moves fast", "brakes", "begins to move")
 """Of a robot."""
 
@@ -642,11 +647,58 @@ class Switch(Item):
         return 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class Force(Item):
+    """An operator keeps a robot's output on or off for a test, and lets it follow its program again after a while."""
+
+    kind: ClassVar[str] = "forced output"
+    by: str
+    robot: str
+    on: bool
+    held_s: float
+
+    def strike(self, stage: Stage) -> float:
+        self._order(stage, self.on)
+        stage.world.clock.after(self.held_s, self._order, stage, None)
+        return 0.0
+
+    def _order(self, stage: Stage, on: bool | None) -> None:
+        order = ForceOutput(self.robot, "gripper", on, self.by)
+        stage.world.operate(stage.facts.gateway_of(self.robot), order, self.by)
+
+
+@dataclass(frozen=True, slots=True)
+class Confine(Item):
+    """The agent of a robot dies, and before it is started again an operator who sees the robot stand says in which box
+    it stays; where nobody waits for it by that, the manager refuses it."""
+
+    kind: ClassVar[str] = "confine"
+    by: str
+    robot: str
+    down_s: float
+
+    def strike(self, stage: Stage) -> float:
+        lasts_s = Kill(0.0, None, f"robot/{self.robot}", self.down_s).strike(stage)
+        stage.world.clock.after(0.8 * self.down_s, self._say, stage)
+        return lasts_s
+
+    def _say(self, stage: Stage) -> None:
+        facts = stage.facts
+        if facts.moving(self.robot):
+            return
+        ends = facts.points(self.robot, facts.measured(self.robot)[None]).reshape(-1, 3)
+        around = facts.world.models[self.robot].capsule_radii.max() + _CONFINED_M
+        low, high = ends.min(axis=0) - around, ends.max(axis=0) + around
+        (x, y, z), (length, width, height) = (0.5 * (low + high)).tolist(), (high - low).tolist()
+        box = Confinement((length, width, height), (x, y, z), (0.0, 0.0, 0.0, 1.0))
+        stage.world.operate("manager", ConfineRobot(self.robot, box, self.by), self.by)
+
+
 KINDS: tuple[type[Item], ...] = (
     Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, BusTrouble, BlockedInFront, Sags,
     JournalFails, JournalFull, ClockStep,
-    Order, JogPress, Waver, LateOrder, Hasty, ZoneOrder, ResetStop, Switch, Strays, SaidAgain, FalsePresence, Guest,
-    Crowd, SecondAgent,
+    Order, JogPress, Waver, LateOrder, Hasty, ZoneOrder, ResetStop, Switch, Force, Confine,
+    Strays, SaidAgain, FalsePresence, Guest, Crowd, SecondAgent,
 )  # fmt: skip
 
 
@@ -681,6 +733,12 @@ def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, .
         # Without a journal and with a clock that was set back no epoch can grow (docs/architecture.md, section 4.2).
         items = [item for item in items if not isinstance(item, JournalFails)]
     items += _each_in_its_turn(rng, seed, cell, lasting_s)
+    it, by = rng.choice(sorted(cell.bundle.cell.robots)), rng.choice(OPERATORS)
+    at_s, moment = rng.uniform(0.5, 0.6 * lasting_s), Moment(it, rng.choice(["moves fast", "begins to move"]))
+    if seed % 4 == 1:
+        items.append(Force(at_s, moment, by, it, rng.random() < 0.5, rng.uniform(0.2, 3.0)))
+    elif seed % 4 == 3:
+        items.append(Confine(at_s, moment, by, it, rng.uniform(1.5, 3.0)))
     return tuple(sorted(items, key=lambda item: item.at_s))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.core import Request
-from cell.geometry import body_touches, transform_points
+from cell.geometry import Box, body_touches, transform_points
 from cell.manager.core import ManagerCore
 from cell.messages import (
     Call,
@@ -172,6 +172,8 @@ class Facts:
         self.sent: dict[tuple[str, int], float] = {}
         """When a state, a presence or a manager's state left, by boot and sequence."""
         self.told: dict[str, Told] = {}
+        self._freezes: dict[str, list[tuple[float, float]]] = defaultdict(list)
+        """By process: since when and until when it was frozen, one after another."""
         self.shown: dict[str, Shown] = {}
         self.manager: ManagerState | None = None
         self.states: dict[str, RobotState] = {}
@@ -230,6 +232,10 @@ class Facts:
     def alive(self, name: str) -> bool:
         process = self.world.processes[name]
         return process.alive and not process.frozen
+
+    def frozen_s(self, name: str, since: float) -> float:
+        """How long [s] a process was frozen since then, freezes that are over alone."""
+        return sum(max(0.0, end - max(begin, since)) for begin, end in self._freezes[name])
 
     def gateway_of(self, robot: str) -> str:
         return f"gateway/{self.cell.robots[robot].gateway}"
@@ -369,6 +375,7 @@ class Facts:
         elif what == "frozen" and told is not None:
             told.frozen_at = min(told.frozen_at, self.now)
         elif what == "thawed" and told is not None:
+            self._freezes[name].append((told.frozen_at, self.now))
             if self.now - told.frozen_at > FREEZE_S:
                 told.thawed_at = self.now
             told.frozen_at = inf
@@ -398,8 +405,9 @@ class Facts:
         playout = process.core._robots[robot].group.playout
         return playout._position[playout._row(playout.tick) :] if playout.live else None
 
-    def reserved(self, robot: str) -> Sections | None:
-        """What the manager that lives keeps for a robot; None: it waits for somebody, or does not know where it is."""
+    def reserved(self, robot: str) -> Sections | Box | None:
+        """What the manager that lives keeps for a robot, or the box to which an operator has confined it; None: it
+        waits for somebody, or does not know where it is."""
         process = self.world.processes["manager"]
         if not process.alive:
             return None
@@ -407,7 +415,11 @@ class Facts:
         separation = process.core._separation
         assert separation is not None
         ledger = separation._ledger
-        if ledger.deposed or ledger.awaited or ledger._robots[robot].lost:
+        if ledger.deposed or ledger.awaited:
+            return None
+        if (box := ledger._robots[robot].box) is not None:
+            return box
+        if ledger._robots[robot].lost:
             return None
         return functools.reduce(Sections.joined, ledger.reserved(robot), Sections())
 

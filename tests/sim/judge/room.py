@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cell.geometry import capsule_distance
+from cell.geometry import Box, capsule_distance
 from cell.messages import Clearance, DriveFeedback, Mode, PlayoutState, Presence, RobotState, Sections, SetpointBlock
 from tests.sim.judge.facts import Facts, Floats, Sample
 from tests.sim.judge.invariant import Handlers, Invariant
@@ -33,6 +33,12 @@ def _misses(points: Floats, radii: Floats, sections: Sections) -> float:
         return np.inf
     away = np.linalg.norm(points[:, None] - sections.points[None, :, :c], axis=-1).max(axis=-1)
     return float((away + radii - sections.radii[None, :, :c]).max(axis=-1).min(axis=1).max())
+
+
+def _leaves(points: Floats, radii: Floats, box: Box) -> float:
+    """How far the body that is farthest out, as in `_misses`, is outside of a box [m]; below zero: inside."""
+    local = (points - box.pose_world_box[:3, 3]) @ box.pose_world_box[:3, :3]
+    return float((np.abs(local) - 0.5 * box.size + radii[:, None, None]).max())
 
 
 def _some(rows: Floats) -> Floats:
@@ -170,7 +176,8 @@ class QueueIsReserved(Invariant):
         if queued is None or reserved is None:
             return
         radii = facts.world.models[robot].capsule_radii
-        outside = _misses(facts.points(robot, _some(queued)), radii, reserved)
+        leaves = _leaves if isinstance(reserved, Box) else _misses
+        outside = leaves(facts.points(robot, _some(queued)), radii, reserved)
         if outside > _WITHIN_M:
             self.broken(robot, f"its gateway has queued what leads {1000 * outside:.1f} mm out of what is reserved")
 
