@@ -114,12 +114,15 @@ def main() -> int:
             print(f"{mutant.name:28s} {mutant.says}")
     if options.list:
         return 0
-    for bench in dict.fromkeys(mutant.bench for mutant in chosen):
-        clean, name = search(None, bench), f"(nothing, {bench.name.lower()})"
+    benches = list(dict.fromkeys(mutant.bench for mutant in chosen))
+    with ThreadPoolExecutor(options.jobs) as pool:
+        cleans = list(pool.map(lambda bench: search(None, bench), benches))
+    for bench, clean in zip(benches, cleans, strict=True):
+        name = f"(nothing, {bench.name.lower()})"
         print(f"{name:28s} {clean.by or 'in order'}, {clean.runs} runs  [{clean.took_s:.0f} s]", flush=True)
-        if clean.by:
-            print("the tree breaks an invariant without any planted fault: mend that first")
-            return 1
+    if any(clean.by for clean in cleans):
+        print("the tree breaks an invariant without any planted fault: mend that first")
+        return 1
     return 0 if run_all(chosen, options.jobs) else 1
 
 
