@@ -28,7 +28,8 @@ def test_a_generated_cell_under_faults_breaks_nothing_and_comes_to_its_end(seed:
 
 
 def test_the_same_seed_gives_the_same_run() -> None:
-    first, second = good(1018, SECONDS), run_seed(1018, SECONDS)
+    seconds = 8.0
+    first, second = good(1018, seconds), run_seed(1018, seconds)
     assert first.contended
     assert first.coverage.events == second.coverage.events
     assert first.duration_s == second.duration_s

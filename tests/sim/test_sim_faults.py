@@ -26,7 +26,7 @@ DARK_S = (0.0, 0.02, 0.1, 0.5, 1.5)
 """A killed gateway is started again after so long."""
 LATEST_S = 0.2
 """TPDOs are late by up to this."""
-SEEDS = 200
+IN_TEST, IN_ALL = 102, 200
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,9 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("impatient")
-@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize(
+    "seed", [*range(IN_TEST), *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(IN_TEST, IN_ALL))]
+)
 def test_a_fault_in_motion_stops_the_robot_is_named_and_can_be_recovered_from(seed: int) -> None:
     rng = random.Random(seed)
     fault = FAULTS[seed % len(FAULTS)]

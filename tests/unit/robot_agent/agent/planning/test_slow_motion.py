@@ -58,8 +58,16 @@ def test_slowest_motion_takes_little_memory_and_little_to_send(program: str) -> 
     assert len(pickle.dumps(result)) < 16_000_000
 
 
-@pytest.mark.parametrize("kind", ProfileKind)
-@pytest.mark.parametrize("program", ["MJ J1=170 F=0.01", "MJ J1=170 J4=40 F=0.01 SYNC=0", "ML X=500 FC=0.1"])
+@pytest.mark.parametrize(
+    ("program", "kind"),
+    [
+        pytest.param(program, kind, marks=[] if (number + other) % 3 == 0 else [pytest.mark.soak])
+        for number, kind in enumerate(ProfileKind)
+        for other, program in enumerate(
+            ["MJ J1=170 F=0.01", "MJ J1=170 J4=40 F=0.01 SYNC=0", "ML X=500 FC=0.1"],
+        )
+    ],
+)
 def test_slowest_motion_of_every_profile_with_a_filter_takes_little_memory(program: str, kind: ProfileKind) -> None:
     tracemalloc.start()
     result = planned(program, replace(LIMITS, shaping=Shaping(kind, filter_s=0.02)))
