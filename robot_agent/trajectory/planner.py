@@ -97,10 +97,8 @@ def _without_slow_edges(
         for each in paths.perhaps_slower(run, time)
         if each[0].before >= known
     ]
-    edges = sum(
-        each.passing is Passing.ROUNDED and each.before >= known for run in rounded[0] for each in run.transitions
-    )
-    exactly = edges <= _FEW_EDGES
+    met = [each for run in rounded[0] for each in run.transitions if each.before >= known]
+    exactly = sum(each.passing is Passing.ROUNDED for each in met) <= _FEW_EDGES
     if not exactly:
         found = [(corner, gain_s) for corner, gain_s in found if gain_s > _CLEARLY_S]
     if not found or not (exactly or sum(gain_s for _, gain_s in found) > _WORTH_PLANNING * _lasting_s(rounded)):

@@ -29,7 +29,7 @@ _LEAST_S = -3e-3
 
 
 def perhaps_slower(model: Model, path: JointPath, timed: Timed, limits: Limits) -> list[tuple[Transition, float]]:
-    """The round edges of `path`, as it is timed, that may take longer than a stop in the corner, by how much [s], nearly.
+    """The round edges of `path`, as it is timed, that may take longer than a stop in the corner, by some [s].
 
     The time in an edge, and in as much beside it as its slowness spreads to, is compared with what one profile takes
     longer up to the corner and on from it than up to there and on; only the path with stops, timed, says it exactly.
