@@ -44,7 +44,11 @@ _NO_TIMING = "no timing within the limits was found from where the motion was ex
 _KEPT = 1.01
 """Limits are kept by what was planned with them up to this factor at least."""
 _WORTH_PLANNING = 0.01
-"""A motion is planned again with stops where these win more than this share of it."""
+"""A motion with many round edges is planned again with stops where these win more than this share of it."""
+_CLEARLY_S = 2e-3
+"""Among many edges one counts where a stop seems to be so much quicker."""
+_FEW_EDGES, _ROUNDING_S = 2, 5e-4
+"""With so few it is planned again wherever a stop may be quicker, and the quickest is taken to some such time."""
 _Timed = tuple[list[JointPath | Independent], list[Timed]]
 """Paths and their times."""
 
@@ -93,7 +97,11 @@ def _without_slow_edges(
         for each in paths.perhaps_slower(run, time)
         if each[0].before >= known
     ]
-    if sum(gain_s for _, gain_s in found) <= _WORTH_PLANNING * _lasting_s(rounded):
+    met = [each for run in rounded[0] for each in run.transitions if each.before >= known]
+    exactly = sum(each.passing is Passing.ROUNDED for each in met) <= _FEW_EDGES
+    if not exactly:
+        found = [(corner, gain_s) for corner, gain_s in found if gain_s > _CLEARLY_S]
+    if not found or not (exactly or sum(gain_s for _, gain_s in found) > _WORTH_PLANNING * _lasting_s(rounded)):
         return rounded
     slow = [corner for corner, _ in found]
     stopped = timed(paths.stopping(corner.before - known for corner in slow))
@@ -102,9 +110,11 @@ def _without_slow_edges(
         each.before - known: at[each.block] - at[each.before] - (resting[each.block] - resting[each.before])
         for each in slow
     }
-    if -sum(won for won in won_s.values() if won < 0.0) > _WORTH_PLANNING * _lasting_s(stopped):
-        stopped = timed(paths.stopping(block for block, won in won_s.items() if won > 0.0))
-    return min(rounded, stopped, key=_lasting_s)
+    lost_s = -sum(won for won in won_s.values() if won < 0.0)
+    again = [stopped]
+    if lost_s > (_ROUNDING_S if exactly else _WORTH_PLANNING * _lasting_s(stopped)) and max(won_s.values()) > 0.0:
+        again.append(timed(paths.stopping(block for block, won in won_s.items() if won > 0.0)))
+    return min(rounded, *again, key=_lasting_s)
 
 
 def _lasting_s(planned: _Timed) -> float:

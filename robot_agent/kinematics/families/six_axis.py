@@ -21,7 +21,7 @@ from cell.geometry.arrays import Array
 from robot_agent.kinematics.chain import Chain, Joint
 from robot_agent.kinematics.errors import BadModel
 from robot_agent.kinematics.families.closed_form import ClosedForm, Raw
-from robot_agent.kinematics.families.six_axis_inverse import Lengths, solve_arm, solve_wrist
+from robot_agent.kinematics.families.six_axis_inverse import Lengths, solve_arm, solve_wrist, with_j4_held
 from robot_agent.kinematics.families.six_axis_single import SingleInverse
 from robot_agent.kinematics.problems import checked_lengths
 from robot_agent.kinematics.serial import SerialModel
@@ -111,7 +111,7 @@ class SixAxis(ClosedForm, SerialModel):
         )
 
     def branches_of(self, elements: Array, held: Array) -> Raw:
-        arm = solve_arm(elements, self._lengths, held[0])
+        arm = with_j4_held(elements, solve_arm(elements, self._lengths, held[0]), self._lengths, held[3])
         wrist = solve_wrist(elements, arm, held[3])
         return Raw(
             joints=(arm.j1[:, None, None], *arm.j23[:, :, :, None], *wrist.j456),

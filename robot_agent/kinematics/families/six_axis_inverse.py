@@ -9,7 +9,7 @@ Sines and cosines of joints that are used further are ratios of lengths: trigono
 all the rest.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,10 @@ SINGULAR_RADIUS_M = 1e-10
 """A wrist this close to axis 1 leaves J1 free."""
 FOLDED_SPAN_M = 1e-12
 """A wrist closer to joint 2 counts as this far ahead of it: then nothing divides by zero."""
+ROUNDING_RAD2 = 4e-14
+"""Of the square of the angle by which an elbow is bent: as much is some 1e-14 m of an arm's reach."""
+NEARLY_STRETCHED_RAD = ROUNDING_RAD2 / (2.0 * SINGULAR_SINE)
+"""From this angle on it is known to `SINGULAR_SINE`."""
 SIDE = np.array([[1.0], [-1.0]])
 """Sign of the elbow for FRONT, BACK; UP is the elbow that lies above the line from joint 2 to the wrist."""
 
@@ -86,6 +90,9 @@ class Arm:
     sin23: Array
     excess: Array
     """`(2, p)` [m]: beyond the longest (positive) or shortest (negative) reach."""
+    beside: Array | None
+    """`(2, 2, p)` [rad]: J2 + J3 beside that of the stretched arm where it is nearly that, elsewhere NaN; None where it
+    is so nowhere."""
     singular: Flags
     """`(p,)`: the wrist is on axis 1 and J1 is held."""
 
@@ -126,7 +133,40 @@ def solve_arm(rows: Array, g: Lengths, held_j1: Array) -> Arm:
     _up_down(upward * share, ahead * across, out=cos23)
     _up_down(ahead * share, -upward * across, out=sin23)
     excess = beyond_reach(np.sqrt(squared), g.a3z, g.forearm)
-    return Arm(j1, cos1, sin1, sides, j23, cos23, sin23, excess, on_axis)
+    bent, beside = triangle.area4 / (2.0 * g.a3z * g.forearm), None
+    stretched = (bent < NEARLY_STRETCHED_RAD) & (triangle.elbow < 0)
+    if stretched.any():
+        beside = np.empty_like(cos23)
+        _up_down(0.0, np.where(stretched, -SIDE * bent * g.a3z / (g.a3z + g.forearm), np.nan), out=beside)
+    return Arm(j1, cos1, sin1, sides, j23, cos23, sin23, excess, beside, on_axis)
+
+
+def with_j4_held(rows: Array, arm: Arm, g: Lengths, held_j4: Array) -> Arm:
+    """The arm with its stretched elbow turned, by no more than a pose leaves open, so that J4 has the value held.
+
+    Only half the digits of such an elbow are known. Where J5 is as good as straight the others would decide over J4.
+    `rows` and `held_j4` as in `solve_arm` and `solve_wrist`.
+    """
+    if arm.beside is None:
+        return arm
+    x, y, z = rows[0, 0], rows[1, 0], rows[2, 0]
+    ahead = (arm.sides * (arm.cos1 * x + arm.sin1 * y))[:, None]
+    r21 = (arm.sides * (arm.cos1 * y - arm.sin1 * x))[:, None]
+    r11, r31 = arm.cos23 * ahead - arm.sin23 * z, arm.sin23 * ahead + arm.cos23 * z
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn, straight = (-r21 * np.cos(held_j4) / np.sin(held_j4) - r31) / r11, -r31 / r11
+        free = ROUNDING_RAD2 * (g.a3z / (g.a3z + g.forearm)) ** 2
+        turn = np.where((np.abs(r21) >= SINGULAR_SINE) | _within(arm.beside, turn, free), turn, straight)
+        turn = np.where(_within(arm.beside, turn, free), turn, 0.0)
+    # The wrist stays where it is: the upper arm turns the other way.
+    share = g.forearm / g.a3z
+    cosine, sine = np.cos(turn), np.sin(turn)
+    return replace(
+        arm,
+        j23=arm.j23 + np.stack([-share * turn, (1.0 + share) * turn]),
+        cos23=arm.cos23 * cosine - arm.sin23 * sine,
+        sin23=arm.sin23 * cosine + arm.cos23 * sine,
+    )
 
 
 def solve_wrist(rows: Array, arm: Arm, held_j4: Array) -> Wrist:
@@ -158,6 +198,11 @@ def solve_wrist(rows: Array, arm: Arm, held_j4: Array) -> Wrist:
     if singular.any():
         np.copyto(negative, j456[:, :, :, 0], where=singular)
     return Wrist(j456, singular)
+
+
+def _within(beside: Array, turn: Array, free: float) -> Flags:
+    """Whether the square of an angle `beside` is changed by less than `free` where it is turned."""
+    return np.abs((2.0 * beside + turn) * turn) < free
 
 
 def _shoulder(wrist: Array, radius: Array, held_j1: Array) -> tuple[Array, Array, Array, Array, Flags]:

@@ -8,7 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import atan2, ceil, cos, nan, pi, remainder, sin, sqrt
 
-from robot_agent.kinematics.families.six_axis_inverse import FOLDED_SPAN_M, SINGULAR_RADIUS_M, SINGULAR_SINE, Lengths
+from robot_agent.kinematics.families.six_axis_inverse import (
+    FOLDED_SPAN_M,
+    NEARLY_STRETCHED_RAD,
+    ROUNDING_RAD2,
+    SINGULAR_RADIUS_M,
+    SINGULAR_SINE,
+    Lengths,
+)
 from robot_agent.kinematics.families.triangle import REACH_TOLERANCE_M
 from robot_agent.kinematics.turns import LIMIT_TOLERANCE_RAD, TURN
 
@@ -48,6 +55,11 @@ class SingleInverse:
             g.a3z * g.a3z + g.forearm * g.forearm,
         )
         self._forearm = pi - g.rest, *g.along_forearm
+        # Of a nearly stretched arm: four times its area at most, J2 + J3 beside the stretched arm's by that area, the
+        # rounding of its square, and how far the upper arm turns back where the forearm turns.
+        by_area = 1.0 / (2.0 * g.forearm * self._longest)
+        self._nearly_stretched = 2.0 * g.a3z * g.forearm * NEARLY_STRETCHED_RAD
+        self._beside = by_area, ROUNDING_RAD2 * (g.a3z / self._longest) ** 2, g.forearm / g.a3z
         ranges = [(lower - LIMIT_TOLERANCE_RAD, upper + LIMIT_TOLERANCE_RAD) for lower, upper in limits]
         self._ranges1, self._ranges2, self._ranges3 = ranges[:3]
         self._wrist_ranges = tuple(bound for both in ranges[3:] for bound in both)
@@ -106,9 +118,34 @@ class SingleInverse:
         j1, fits = _turned(j1, near[0], self._ranges1)
         direction = pi / 2 - atan2(up, along)
         arm = j1, direction - at_joint, elbow - at_elbow
-        self._add_wrists(slots, arm, fits, cosine - cos_off, sine + sin_off, rows, near, on_axis)
+        stretched = abs(area4) < self._nearly_stretched and squared > both
+        forearm = cosine - cos_off, sine + sin_off
+        if stretched:
+            arm, forearm = self._with_j4_held(arm, forearm, area4, rows, near[3])
+        self._add_wrists(slots, arm, fits, *forearm, rows, near, on_axis)
         arm = j1, direction + at_joint, elbow + at_elbow
-        self._add_wrists(slots, arm, fits, cosine + cos_off, sine - sin_off, rows, near, on_axis)
+        forearm = cosine + cos_off, sine - sin_off
+        if stretched:
+            arm, forearm = self._with_j4_held(arm, forearm, -area4, rows, near[3])
+        self._add_wrists(slots, arm, fits, *forearm, rows, near, on_axis)
+
+    def _with_j4_held(
+        self, arm: Row, forearm: tuple[float, float], area4: float, rows: tuple[float, ...], held_j4: float
+    ) -> tuple[Row, tuple[float, float]]:
+        """See `six_axis_inverse.with_j4_held`: the joints of the arm, cosine and sine of J2 + J3."""
+        (c23, s23), (a1, _, _, r21, _, _, z1, _, _), (j1, j2, j3) = forearm, rows, arm
+        s4, r11, r31 = sin(held_j4), c23 * a1 - s23 * z1, s23 * a1 + c23 * z1
+        by_area, free, back = self._beside
+        beside = area4 * by_area
+        for want in (0.0 if s4 == 0.0 else -r21 * cos(held_j4) / s4, 0.0):
+            turn = (want - r31) / r11 if r11 else 1.0
+            fits = abs((2.0 * beside + turn) * turn) < free
+            if fits or abs(r21) >= SINGULAR_SINE:
+                break
+        if not fits or (s4 == 0.0 and abs(r21) >= SINGULAR_SINE):
+            return arm, forearm
+        c, s = cos(turn), sin(turn)
+        return (j1, j2 - back * turn, j3 + (1.0 + back) * turn), (c23 * c - s23 * s, s23 * c + c23 * s)
 
     def _add_wrists(
         self,

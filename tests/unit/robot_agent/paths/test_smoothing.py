@@ -78,6 +78,20 @@ def test_a_vertex_that_turns_little_is_passed_and_one_that_turns_more_is_a_corne
         assert len(paths_of(of_places((0, 0, 0), (10, 0, 0), (x, y, 0)))) == paths
 
 
+@pytest.mark.parametrize("deg", [1.0, 10.0, 29.0])
+@pytest.mark.parametrize("short_mm", [0.2, 2.0])
+def test_a_long_line_between_short_ones_needs_no_corners_to_be_passed_within_the_tolerance(
+    deg: float, short_mm: float
+) -> None:
+    turns = np.radians(deg) * np.repeat([0.0, 1.0, 2.0], [20, 1, 20])
+    steps = np.where(np.arange(41) == 20, 300.0, short_mm)
+    places = np.concatenate([[0.0], np.cumsum(steps * np.exp(1j * turns))])
+    lines = CamLines(1e-3 * np.stack([places.real, places.imag, 0.0 * places.real], axis=1), Rotation.identity(42))
+    paths = paths_of(lines)
+    assert len(paths) == 1
+    assert away(lines, paths, TOLERANCE) <= 1.006
+
+
 def test_a_bend_of_many_short_lines_has_no_corner_however_far_it_turns() -> None:
     turn = np.arange(64) * np.radians(15.0)
     places = 3e-4 * np.stack([np.sin(turn), 1.0 - np.cos(turn), 0.0 * turn], axis=1)

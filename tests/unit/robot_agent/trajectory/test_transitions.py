@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robot_agent.kinematics import load_model
 from robot_agent.paths import Arc, Block, JointMove, Line, Passing, Sequence, Spline
-from robot_agent.trajectory import Motion, PlanError, plan
+from robot_agent.trajectory import Limits, Motion, PlanError, plan
 from robot_agent.trajectory.joints.joint_path import JointPath
 from robot_agent.trajectory.planner import _Paths
 from tests.unit.planned_moves import HERE, at, beside, planned
 from tests.unit.random_moves import LIMITS, MODEL, START
+from tests.unit.repository import ROOT
 
 
 def stops(motion: Motion) -> int:
@@ -74,8 +76,9 @@ def test_round_edge_takes_at_most_half_of_the_shorter_block() -> None:
     assert np.linalg.norm(place - at(y_mm=60)[:3, 3], axis=1).min() == pytest.approx(0.0079550, abs=2e-5)
 
 
-@pytest.mark.parametrize("round_m", [0.02, 0.05])
-def test_joint_moves_and_lines_are_rounded_into_each_other(round_m: float) -> None:
+def test_joint_moves_and_lines_are_rounded_into_each_other() -> None:
+    """With 40 mm stops are quicker."""
+    round_m = 0.05
     there, target = at(y_mm=150), START + np.array([0.1, 0.1, 0.1, 0, 0.1, 0])
     motion = planned(
         Line(there, None, 1, round_m=round_m), JointMove(target, 1.0, 2, round_m=round_m), Line(HERE, None, 3)
@@ -273,13 +276,34 @@ def test_a_round_edge_is_never_slower_than_the_stop_which_is_taken_in_its_place(
 ) -> None:
     corner, after = at(y_mm=100), Line(at(y_mm=120, z_mm=100), speed_m_s, 2)
     rounded, stopping = (planned(Line(corner, speed_m_s, 1, round_m=each), after) for each in (round_mm / 1000.0, None))
-    assert rounded.duration_s <= 1.01 * stopping.duration_s + 0.002
+    assert rounded.duration_s <= stopping.duration_s + 5e-4
     (meeting,) = rounded.transitions
     if meeting.passing is Passing.STOPS:
         assert f"a stop is quicker than a round edge of {round_mm:g} mm" in meeting.reason
     assert (meeting.passing is Passing.STOPS) == (stops(rounded) == 1)
     assert (meeting.passing is Passing.STOPS) or round_mm >= 0.5
     assert (meeting.passing is Passing.ROUNDED) or round_mm <= 10.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("name", ["scara", "delta"])
+def test_where_an_edge_is_about_as_quick_as_a_stop_the_quicker_is_taken(name: str, seed: int) -> None:
+    """On robots whose acceleration builds up quickly an estimate alone took edges that were up to 13 ms slower."""
+    model, rng = load_model(ROOT / "cell_configs" / "models" / f"{name}.yaml"), np.random.default_rng([seed, 31])
+    limits = Limits.of(model.description)
+    start = model.home + (np.radians([15.0] * 4) if name == "delta" else np.array([0.2, -0.5, -0.05, 0.0]))
+    poses = np.tile(model.forward(start), (2, 1, 1))
+    poses[:, :3, 3] += rng.uniform(-0.04, 0.04, (2, 3))
+    speed_m_s = (None, 0.2)[seed % 2]
+
+    def lasting_s(round_mm: float | None) -> float:
+        round_m = None if round_mm is None else round_mm / 1000.0
+        moves = Line(poses[0], speed_m_s, 1, round_m=round_m), Line(poses[1], speed_m_s, 2)
+        return plan(model, Sequence(moves), limits, start=start).duration_s
+
+    stopping_s = lasting_s(None)
+    for round_mm in (1.0, 3.0, 10.0):
+        assert lasting_s(round_mm) <= stopping_s + 5e-4
 
 
 def test_round_edges_at_both_ends_of_a_move_of_some_micrometres_are_stops() -> None:

@@ -51,6 +51,23 @@ def test_a_stretched_cobot_reaches_its_pose_though_its_straight_wrist_leaves_j6_
         np.testing.assert_allclose(back, expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("bent", [0.0, 1e-9, 1e-7, 3e-7, 1e-6, 1e-5])
+@pytest.mark.parametrize("j5", [0.0, 1e-11, 1e-10, 1e-9, -1e-8, 1e-7, 1e-5])
+def test_a_stretched_six_axis_arm_with_a_straight_wrist_goes_on_from_where_it_is(j5: float, bent: float) -> None:
+    model, q = robot("six_axis"), random_joints("six_axis", 300)
+    lengths = model.description.geometry
+    q[:, 2] = bent - np.arctan2(lengths["a4x"] + lengths["a5x"], lengths["a4z"])
+    q[:, 4] = j5
+    poses = model.forward(q)
+    for solutions, places in ((model.inverse(poses, near=q), q), (model.inverse(poses[0], near=q[0]), q[0])):
+        off = np.where(solutions.in_limits, np.abs(solutions.joints - places[..., None, :]).max(axis=-1), np.inf)
+        assert off.min(axis=-1).max() < 1e-5
+    solutions = model.inverse(poses, near=q)
+    back = model.forward(solutions.joints[solutions.valid])
+    expected = np.broadcast_to(poses[:, None], (*solutions.valid.shape, 4, 4))[solutions.valid]
+    np.testing.assert_allclose(back, expected, atol=2e-10)  # a straight wrist's axes are one line below a sine of 1e-10
+
+
 @pytest.mark.parametrize(("family", "held"), [("cobot", 5), ("gantry", 3)])
 @pytest.mark.parametrize("j5", [0.0, np.pi])
 def test_with_a_straight_wrist_the_free_joint_holds_its_value(family: str, held: int, j5: float) -> None:

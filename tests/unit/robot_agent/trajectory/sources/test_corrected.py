@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from robot_agent.kinematics import model_of
 from robot_agent.model import Mounted
 from robot_agent.paths import JointMove, Line, Sequence
+from robot_agent.paths.caps import Tolerance
 from robot_agent.trajectory import Governor, Limits, Motion, RateRequest, plan
 from robot_agent.trajectory.sources import (
     Conveyor,
@@ -111,6 +112,28 @@ def test_a_correction_that_turns_the_tool_turns_it_about_its_tcp() -> None:
     np.testing.assert_allclose(poses[:, :3, 3], followed.planned(), atol=1e-5)
     turned = poses[-1, :3, :3] @ motion.pose(np.array(followed.taus[-1]))[:3, :3].T
     assert np.arccos((np.trace(turned) - 1.0) / 2.0) == pytest.approx(np.hypot(0.1, 0.2), abs=1e-3)
+
+
+def test_lines_within_a_tolerance_are_followed_on_a_moving_conveyor() -> None:
+    """Some 600 chords of a circle at their feed, as near to them as the tolerance and the belt's own lag allow."""
+    turn, tolerance = np.arange(1, 629) * 0.01, Tolerance(5e-5, np.radians(0.5))
+    poses = np.tile(ARM.forward(START), (628, 1, 1))
+    poses[:, :3, 3] += 0.05 * np.stack([0.0 * turn, np.sin(turn), np.cos(turn) - 1.0], axis=1)
+    lines = [Line(pose, 0.1, k + 1, tolerance=tolerance) for k, pose in enumerate(poses)]
+    motion = plan(ARM, Sequence(lines), LIMITS, start=START, cycle_s=CYCLE_S)
+    assert len(motion.rests) == 2
+    conveyor = Conveyor("belt", np.eye(4), COUNT_M, settle_s=0.1, fresh_s=0.1, largest_speed_m_s=0.5)
+    followed, blocks, belt_m_s = Followed(motion), 140, 0.08
+    for k in range(blocks):
+        at = k * BLOCK_S
+        conveyor.measured(round(belt_m_s * at / COUNT_M) % 2**32, at)
+        followed.block(conveyor.target(at))
+    moved = np.outer(np.arange(blocks + 1) * BLOCK_S * belt_m_s, [1.0, 0.0, 0.0])
+    places = (followed.places() - moved)[60:] - ARM.forward(START)[:3, 3] + [0.0, 0.0, 0.05]
+    across = np.hypot(np.hypot(places[:, 1], places[:, 2]) - 0.05, places[:, 0])
+    assert across.max() < tolerance.distance_m + 0.2e-3
+    assert followed.taus[-1] - followed.taus[-41] == pytest.approx(40 * BLOCK_S, rel=1e-6)
+    assert (followed.shares() < 1.01).all()
 
 
 @pytest.mark.parametrize("belt_m_s", [0.08, -0.15])
