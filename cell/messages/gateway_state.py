@@ -29,6 +29,10 @@ class NodeStatus:
     """[rad or m] the largest one since the robot was enabled; `None`: it has not been."""
     outputs: Annotated[dict[Name, bool], Few] = field(default_factory=dict)
     """Its digital outputs by name: on or off."""
+    current_a: Number | None = None
+    """Of its motor, positive where it drives the axis upwards, read about once a second; `None`: not told lately."""
+    temperature_c: Number | None = None
+    """What its `temperature` in the drives file measures, likewise."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """What stands in the room, as plain shapes: made from messages and the cell file, for whatever draws it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -48,6 +48,11 @@ class Capsules:
 
     def __len__(self) -> int:
         return len(self.radii)
+
+    def without(self, numbers: Sequence[int]) -> "Capsules":
+        """All but those with these numbers."""
+        kept = ~np.isin(np.arange(len(self)), numbers)
+        return Capsules(self.points[kept], self.radii[kept])
 
 
 NOTHING = Capsules(_NO_ROOM, np.empty(0))
@@ -104,6 +109,14 @@ def robot_body(robot: str, seen: Newest) -> RobotBody | None:
         None,
         alarmed,
     )
+
+
+def measured_joints(body: RobotBody, seen: Newest) -> Array | None:
+    """The joints `(n,)` [rad or m] that a robot was last measured at; None where nobody knows them."""
+    last = seen.last(RobotState, body.robot)
+    if last is None or body.reach is not None or last[0].joints is None:
+        return None
+    return np.array(last[0].joints)
 
 
 def _from_here_on(presence: Presence, plan: PlannedWay) -> Array:

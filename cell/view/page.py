@@ -18,6 +18,7 @@ from cell.view.controls import Controls
 from cell.view.curves import Curves, Quantity
 from cell.view.desk import Desk
 from cell.view.diagram import Diagrams, Pair, shown
+from cell.view.meshes import RobotMeshes
 from cell.view.newest import Newest
 from cell.view.now import NowLines
 from cell.view.playback import Playback
@@ -46,10 +47,12 @@ class Page:
         desk: Desk | None = None,
         player: tuple[Player, float] | None = None,
         programs: Mapping[str, tuple[str, ...]] | None = None,
+        meshes: Mapping[str, RobotMeshes] | None = None,
     ) -> None:
         """`player` and its speed: where the source is a recording, which those who watch may wind.
 
-        `programs`: by robot, the lines of its program as far as there are files here.
+        `programs`: by robot, the lines of its program as far as there are files here. `meshes`: likewise, how it looks;
+        a robot without is drawn by its capsules.
         """
         self._server = server
         self._settings = settings
@@ -62,7 +65,7 @@ class Page:
         self._now = NowLines(settings)
         self._curves = Curves()
         self._diagrams = Diagrams(tuple(settings.robots), settings.separation)
-        self._stage = Stage(server, settings)
+        self._stage = Stage(server, settings, meshes)
         self._shown = _Shown(server)
         self._guests: dict[int, _Guest] = {}
         self._playback: Playback | None = None

@@ -26,7 +26,7 @@ from cell.messages import (
 from cell.messages.common import Count
 from cell.view.newest import Newest
 from cell.view.now import Line, Tone
-from cell.view.rows import AXIS_HEADING, Axes, Burst, Kind, axis_rows, bursts, duration
+from cell.view.rows import AXIS_HEADING, Axes, Burst, Kind, axis_columns, axis_rows, bursts, duration
 from cell.view.words import forced_outputs
 
 MOST_LINES = 60
@@ -104,13 +104,16 @@ def drives(settings: CellSettings, seen: Newest, axes: Mapping[str, Axes]) -> st
 
 
 def _drives_of(robot: str, axes: Axes, seen: Newest) -> str:
+    every = axis_rows(robot, axes, seen)
+    columns = axis_columns(every)
     rows = [
-        [escape(row.cells[0]), _coloured(row.cells[1], _DRIVES[row.tone]), *map(escape, row.cells[2:])]
-        for row in axis_rows(robot, axes, seen)
+        [_coloured(row.cells[i], _DRIVES[row.tone]) if i == 1 else escape(row.cells[i]) for i in columns]
+        for row in every
     ]
+    heading = [AXIS_HEADING[i] for i in columns]
     feedback = seen.of(DriveFeedback).get(robot)
     state = "silent" if feedback is None else PlayoutState(feedback.state).name.lower()
-    return f"<div style='{_BOX}'><b>{escape(robot)}</b> {escape(state)}{table(list(AXIS_HEADING), rows)}</div>"
+    return f"<div style='{_BOX}'><b>{escape(robot)}</b> {escape(state)}{table(heading, rows)}</div>"
 
 
 def _gateway(name: str, state: GatewayState) -> str:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -15,7 +15,9 @@ SIMULATED_BUSES = frozenset({"virtual", "udp_multicast"})
 BURST_S = 10.0
 """Alike events that follow each other so soon are one line."""
 _NUMBER = re.compile(r"\d+")
-AXIS_HEADING = ("axis", "drive", "position", "speed", "behind", "worst", "torque")
+AXIS_HEADING = ("axis", "drive", "position", "speed", "behind", "worst", "torque", "current", "temp.")
+_ALWAYS = AXIS_HEADING.index("torque")
+"""The columns in front of this one stand there even if they are empty."""
 
 
 class Kind(Enum):
@@ -51,7 +53,8 @@ class AxisRow:
 
 
 def axis_rows(robot: str, axes: Axes, seen: Newest) -> list[AxisRow]:
-    """Of each axis the state of its drive, where it is, how fast, how far behind, its torque; in mm and degrees."""
+    """Of each axis the state of its drive, where it is, how fast, how far behind, in mm and degrees; its torque,
+    the current of its motor and a temperature."""
     nodes = {
         node.axis: node for gateway in seen.of(GatewayState).values() for node in gateway.nodes if node.robot == robot
     }
@@ -61,13 +64,20 @@ def axis_rows(robot: str, axes: Axes, seen: Newest) -> list[AxisRow]:
     return [_axis_row(i, axes, nodes, feedback) for i in range(len(axes.names))]
 
 
+def axis_columns(rows: Sequence[AxisRow]) -> list[int]:
+    """Which columns are worth their width: what no drive of the robot tells has none."""
+    return [i for i in range(len(AXIS_HEADING)) if i < _ALWAYS or any(row.cells[i] for row in rows)]
+
+
 def _axis_row(i: int, axes: Axes, nodes: Mapping[str, NodeStatus], feedback: DriveFeedback | None) -> AxisRow:
     name, sliding, node = axes.names[i], axes.sliding[i], nodes.get(axes.names[i])
     words, tone = _drive(node, feedback.axes[i] if feedback is not None else None)
     scale, unit = (1000.0, "mm") if sliding else (math.degrees(1.0), "°")
     worst = "" if node is None or node.following_error is None else f"{scale * node.following_error:.3f}"
+    current = "" if node is None or node.current_a is None else f"{node.current_a:.2f} A"
+    temperature = "" if node is None or node.temperature_c is None else f"{node.temperature_c:.0f} °C"
     if feedback is None:
-        return AxisRow((name, words, "", "", "", worst, ""), tone)
+        return AxisRow((name, words, "", "", "", worst, "", current, temperature), tone)
     torque = "" if feedback.torque is None else f"{feedback.torque[i]:.1f} {'N' if sliding else 'Nm'}"
     return AxisRow(
         (
@@ -78,6 +88,8 @@ def _axis_row(i: int, axes: Axes, nodes: Mapping[str, NodeStatus], feedback: Dri
             f"{scale * (feedback.commanded[i] - feedback.position[i]):+.3f}",
             worst,
             torque,
+            current,
+            temperature,
         ),
         tone,
     )

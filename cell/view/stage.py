@@ -1,5 +1,6 @@
 """The room in three dimensions, drawn by `viser` from the shapes of `bodies`."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +18,7 @@ from cell.view.bodies import (
     RobotBody,
     Solid,
     Zone,
+    measured_joints,
     robot_body,
     smallest_gap,
     spaces,
@@ -24,6 +26,7 @@ from cell.view.bodies import (
     triangles,
     zones,
 )
+from cell.view.meshes import RobotMeshes
 from cell.view.newest import Newest
 from cell.view.now import Line
 
@@ -126,6 +129,43 @@ def _instances(capsules: Capsules, room: int) -> tuple[Array, Array, Array, Arra
     return tuple(each.astype(np.float32) for each in (middle, turns, size, ends, radii))  # type: ignore[return-value]
 
 
+class MeshBody:
+    """The links of a robot as meshes, a node each."""
+
+    def __init__(self, scene: viser.SceneApi, name: str, colour: Colour, meshes: RobotMeshes) -> None:
+        self._meshes = meshes
+        self._colour = colour
+        self._joints = b""
+        self._links = [
+            scene.add_mesh_simple(f"{name}/{i}", link.vertices, link.faces, color=colour, visible=False)
+            for i, link in enumerate(meshes.links)
+        ]
+
+    def show(self, joints: Array | None, colour: Colour) -> bool:
+        """Let the links stand as these joints have them; answers whether they do. Without joints they are hidden."""
+        known = joints is not None and len(joints) == self._meshes.joints
+        if joints is None or not known:
+            self._joints = self._hide()
+            return False
+        if colour != self._colour:
+            self._colour = colour
+            for link in self._links:
+                link.color = colour
+        if joints.tobytes() != self._joints:
+            self._joints = joints.tobytes()
+            for link, pose in zip(self._links, self._meshes.place(joints), strict=True):
+                link.position = tuple(pose[:3, 3])
+                link.wxyz = tuple(np.roll(quaternion.from_matrix(pose[:3, :3]), 1))
+                link.visible = True
+        return True
+
+    def _hide(self) -> bytes:
+        if self._joints:
+            for link in self._links:
+                link.visible = False
+        return b""
+
+
 @dataclass(slots=True)
 class _Drawn:
     """What is drawn of one robot."""
@@ -135,6 +175,9 @@ class _Drawn:
     rest: CapsuleCloud
     reserved: CapsuleCloud
     label: Any
+    meshes: MeshBody | None
+    replaced: tuple[int, ...]
+    """Capsules of its body that are not drawn where its meshes are."""
     text: str = ""
     base: Array = field(default_factory=lambda: np.zeros(3))
 
@@ -142,8 +185,11 @@ class _Drawn:
 class Stage:
     """The scene of a page; `often` is called for each picture, `seldom` a few times a second."""
 
-    def __init__(self, server: viser.ViserServer, settings: CellSettings) -> None:
+    def __init__(
+        self, server: viser.ViserServer, settings: CellSettings, meshes: Mapping[str, RobotMeshes] | None = None
+    ) -> None:
         self._scene = server.scene
+        self._meshes = meshes or {}
         self._settings = settings
         self._robots = {
             name: self._robot(name, ROBOT_COLOURS[i % len(ROBOT_COLOURS)]) for i, name in enumerate(settings.robots)
@@ -163,6 +209,7 @@ class Stage:
         cloud = CapsuleCloud
         at = f"/robots/{name}"
         base = np.array(self._settings.robots[name].base.position_m)
+        meshes = self._meshes.get(name)
         label = self._scene.add_label(f"{at}/label", name, position=tuple(base), anchor="top-center")
         return _Drawn(
             colour,
@@ -170,6 +217,8 @@ class Stage:
             cloud(self._scene, f"{at}/at_rest", colour, 0.3),
             cloud(self._scene, f"{at}/reserved", colour, 0.08),
             label,
+            None if meshes is None else MeshBody(self._scene, f"{at}/meshes", colour, meshes),
+            () if meshes is None else meshes.replaced,
             base=base,
         )
 
@@ -185,7 +234,9 @@ class Stage:
         bodies = [body for name in self._robots if (body := robot_body(name, seen)) is not None]
         for body in bodies:
             drawn = self._robots[body.robot]
-            drawn.now.show(body.now, ALARM if body.alarmed else drawn.colour)
+            colour = ALARM if body.alarmed else drawn.colour
+            as_meshes = drawn.meshes is not None and drawn.meshes.show(measured_joints(body, seen), colour)
+            drawn.now.show(body.now.without(drawn.replaced) if as_meshes else body.now, colour)
             drawn.rest.show(body.rest, drawn.colour)
         self._show_gap(bodies)
 

@@ -15,6 +15,8 @@ SAVE = b"save"
 RESTORE_DEFAULTS = 0x1011
 LOAD = b"load"
 """What a write to 1011h must hold, so that nothing is lost by mistake."""
+ABSENT = frozenset({0x06020000, 0x06090011})
+"""Abort codes: no such object, no such sub-index."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +88,11 @@ class SdoChannel:
         self._outstanding: str | None = None
         self._course: _Course | None = None
         """Whose request is on its way, if anybody's."""
+
+    @property
+    def idle(self) -> bool:
+        """Nothing is on its way, and nothing waits."""
+        return self._outstanding is None and not self._waiting
 
     def follow(self, dialogue: Dialogue, axis: int = 1, asked: bool = False) -> None:
         """Carry a dialogue out to its end.

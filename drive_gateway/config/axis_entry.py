@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BaseModel, Field, ValidationInfo, WithJsonS
 from cell.config.fields import FileName, Name
 from cell.config.units import STRICT, Number, Positive, PositiveLength, Seconds, in_si
 from drive_gateway.canopen.axis_objects import AXES
+from drive_gateway.canopen.eds import TYPES
 from drive_gateway.config.drive_units import ACCELERATION_UNITS, VELOCITY_UNITS, DriveUnits, drive_units, unit_of
 from drive_gateway.config.known_drive import KNOWN_DRIVES, check_name, with_known_keys
 from drive_gateway.config.object_address import ObjectAddress, address_of
@@ -24,6 +25,7 @@ from drive_gateway.config.settings import (
     HomingSettings,
     IdentitySettings,
     InputSettings,
+    TemperatureSettings,
     TorqueSettings,
 )
 
@@ -103,6 +105,21 @@ class EncoderCheckEntry(BaseModel):
     battery_mask: int = Field(
         default=0, ge=0, lt=2**32, description="bits of the status that are set after its battery was empty"
     )
+
+
+class TemperatureEntry(BaseModel):
+    """Where the drive shows a temperature; CiA 402 has no object for it."""
+
+    model_config = STRICT
+    object: ObjectAddress
+    type: Literal["INTEGER8", "INTEGER16", "INTEGER32", "UNSIGNED8", "UNSIGNED16", "UNSIGNED32"] = Field(
+        description="its data type (CiA 301)"
+    )
+    unit_c: Positive = Field(default=1.0, description="degrees Celsius of one unit: 0.1 where it counts tenths")
+
+    def settings(self) -> TemperatureSettings:
+        size, signed = TYPES[self.type]
+        return TemperatureSettings(address_of(self.object), size, signed, self.unit_c)
 
 
 class AxisEntry(BaseModel):
@@ -190,6 +207,9 @@ class AxisEntry(BaseModel):
         default="none",
         description="velocity: each sample's velocity goes to the drive as its offset (60B1h); torque: its torque too "
         "(60B2h)",
+    )
+    temperature: TemperatureEntry | None = Field(
+        default=None, description="object of the maker's own that shows a temperature, to be seen beside the current"
     )
     identity: IdentityEntry = Field(default=IdentityEntry(), description="which drive must be at this node")
     error_control: Literal["heartbeat", "guarding"] = Field(
@@ -289,6 +309,7 @@ class AxisEntry(BaseModel):
             velocity_offset=self.feed_forward != "none",
             torque=self._torque(),
             torque_offset=self.feed_forward == "torque",
+            temperature=None if self.temperature is None else self.temperature.settings(),
             identity=self.identity.settings(),
             guarded=self.error_control == "guarding",
             incremental=self.encoder == "incremental",

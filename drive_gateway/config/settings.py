@@ -133,6 +133,19 @@ class EncoderSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class TemperatureSettings:
+    """An object of the maker's own that shows a temperature."""
+
+    address: tuple[int, int]
+    """Index and sub-index as the node has them."""
+    size: int
+    """[bytes]"""
+    signed: bool
+    unit_c: float
+    """[degC] of one unit."""
+
+
+@dataclass(frozen=True, slots=True)
 class TorqueSettings:
     """How torques are told to a drive: in per mille of its motor's rated torque."""
 
@@ -223,6 +236,8 @@ class AxisSettings:
     """`None`: the motor's rated torque is not known."""
     torque_offset: bool = False
     """The drive gets the torque of each sample as feed-forward (60B2h), beside its velocity."""
+    temperature: TemperatureSettings | None = None
+    """`None`: nobody knows where the drive shows one."""
     identity: IdentitySettings = IdentitySettings()
     guarded: bool = False
     """The node is watched by node guarding instead of heartbeats, for drives that have none."""

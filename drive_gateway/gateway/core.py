@@ -22,6 +22,7 @@ from drive_gateway.canopen.sdo import SdoDone
 from drive_gateway.config.settings import GatewaySettings
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusTraffic, SecondMaster
 from drive_gateway.gateway.cycle.bus_watch import BusWatch
+from drive_gateway.gateway.cycle.gauge_round import GaugeRound
 from drive_gateway.gateway.cycle.io_watch import IoWatch
 from drive_gateway.gateway.cycle.lateness import Lateness
 from drive_gateway.gateway.cycle.phase_lock import PhaseLock
@@ -123,6 +124,7 @@ class GatewayCore:
         self._confirmed: str | None = None
         self._closing_since: float | None = None
         self._parting_since: float | None = None
+        self._gauges = GaugeRound((robot.group for robot in self._robots.values()), settings)
         self._bus = BusWatch(settings, self._robots.values(), self._nodes.values(), self._log)
 
     def receive(self, message: object, now: float) -> None:
@@ -181,6 +183,7 @@ class GatewayCore:
         for robot in self._robots.values():
             yield from robot.command(now, self._tick)
         yield from self._io_watch.command(now)
+        yield from self._gauges.step(now, after)
         yield from after
         if now >= self._heartbeat_due:
             # From the cycle and from nothing else: when the loop hangs, the drives must miss it.
@@ -231,6 +234,8 @@ class GatewayCore:
                 node.on_error_control(frame.data, now)
             case cob_id.EMCY:
                 node.on_emergency(frame.data)
+            case cob_id.SDO_FROM_NODE:
+                self._gauges.take(node.id, frame.data, now)
 
     def _on_estop(self, estop: Estop, now: float) -> None:
         if not self._estops.hear(estop):
@@ -322,7 +327,7 @@ class GatewayCore:
         estop = self._estops.first
         if estop is not None:
             self._estops.named(estop.id, self._sequence)
-        nodes = tuple(drive.describe() for drive in self._drives)
+        nodes = tuple(drive.describe(self._now) for drive in self._drives)
         modes = [robot.group.setup.problem for robot in self._robots.values()]
         units = [robot.group.permits.wrong_units() for robot in self._robots.values()]
         needed = [node for number, node in self._nodes.items() if number not in self._only_told]

@@ -114,6 +114,8 @@ class FakeDrive:
             self.objects[0x607A, 0] = struct.pack("<i", self.target)
         if frame.id == 0x400 + self.id and self.nmt == 5 and not self.deaf_to_outputs:
             self.objects[0x60FE, 1] = frame.data
+        if frame.id == 0x600 + self.id and frame.data[0] == 0x40:
+            return self._upload(frame.data)
         if frame.id == 0x080 and self.nmt == 5:
             if self.status is S.OPERATION_ENABLED and not self.stuck:
                 self.position = self.target
@@ -127,6 +129,14 @@ class FakeDrive:
             return []
         self.heartbeat_due = now + self.gateway.heartbeat_producer_s
         return [CanFrame(0x700 + self.id, bytes([self.nmt]))]
+
+    def _upload(self, asked: bytes) -> list[CanFrame]:
+        """A short object that the gateway reads by a frame of its own, and at most that."""
+        done = self.sdo(Sdo("", self.id, int.from_bytes(asked[1:3], "little"), asked[3], None))
+        if done.abort_code is not None:
+            return [CanFrame(0x580 + self.id, b"\x80" + asked[1:4] + done.abort_code.to_bytes(4, "little"))]
+        head = 0x43 | (4 - len(done.data)) << 2
+        return [CanFrame(0x580 + self.id, bytes([head]) + asked[1:4] + done.data.ljust(4, b"\0"))]
 
     def sdo(self, request: Sdo) -> SdoDone:
         key = (request.index, request.sub)

@@ -1,21 +1,26 @@
 """A page in the browser about a cell, running or recorded: its server, and what it takes from the files here."""
 
 import socket
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+import numpy as np
 import typer
 
 from cell.commands.access import require
 from cell.commands.errors import CommandError, not_installed
 from cell.config.document import read_text
-from cell.config.settings import CellSettings
+from cell.config.settings import CellSettings, MeshShape, Shape
+from cell.view.bodies import triangles
 from cell.view.gate import Gate, Level
+from cell.view.meshes import LinkMesh, RobotMeshes
 from cell.view.rows import Axes
 
 if TYPE_CHECKING:
     from cell.view.server import GatedServer
+    from robot_agent.kinematics.urdf.urdf_visuals import Visual
+    from robot_agent.workspace import PlacedRobot
 
 LOCAL = ("127.0.0.1", "localhost", "::1")
 
@@ -74,6 +79,68 @@ def axes_of(settings: CellSettings) -> dict[str, Axes]:
         joints = tuple(model.joint_names)
         found[name] = Axes(joints, tuple(each in model.linear_names for each in joints))
     return found
+
+
+def meshes_of(settings: CellSettings, readable: Collection[str]) -> dict[str, RobotMeshes]:
+    """How each robot looks whose URDF names meshes that can be read here; the page draws the capsules of the others.
+
+    `readable`: robots whose file can be read here, which `axes_of` has found out and told.
+    """
+    from robot_agent.kinematics import KinematicsError
+    from robot_agent.workspace import PlacedRobot
+
+    found = {}
+    for name in readable:
+        try:
+            meshes = _meshes(PlacedRobot.of(settings.robots[name]))
+        except (KinematicsError, OSError, _NoMesh) as error:
+            typer.echo(f"the meshes of {name} are not shown, but its capsules: {error}", err=True)
+            continue
+        if meshes is not None:
+            found[name] = meshes
+    return found
+
+
+class _NoMesh(Exception):
+    """A file that a URDF names is none."""
+
+
+def _meshes(robot: "PlacedRobot") -> RobotMeshes | None:
+    """None where the robot's file names none."""
+    from robot_agent.kinematics.urdf.urdf_visuals import urdf_visuals
+
+    model = robot.model
+    visuals = () if model.description.urdf is None else urdf_visuals(model.description.urdf)
+    if not any(isinstance(visual.shape, MeshShape) for visual in visuals):
+        return None
+    held = [visual.link for visual in visuals]
+    poses = np.array([visual.pose_link_visual for visual in visuals])
+    return RobotMeshes(
+        tuple(map(_link_mesh, visuals)),
+        lambda joints: robot.pose_world_base @ model.links(joints)[held] @ poses,
+        model.n,
+        tuple(i for i, capsule in enumerate(model.description.capsules) if capsule.link in held),
+    )
+
+
+def _link_mesh(visual: "Visual") -> LinkMesh:
+    shape = visual.shape
+    if isinstance(shape, MeshShape) and not shape.file.is_file():
+        raise _NoMesh(f"found no file {shape.file}, which the URDF names; put it there, or correct its filename")
+    try:
+        read = triangles(shape)
+    except Exception as error:
+        # Whatever a reader of foreign files stumbles over: the page has the capsules.
+        raise _unreadable(shape, f"{type(error).__name__}: {error}") from error
+    if read is None or not len(read[1]):
+        raise _unreadable(shape, "no triangles")
+    vertices, faces = read
+    return LinkMesh(vertices * visual.scale, faces if np.prod(visual.scale) > 0.0 else faces[:, ::-1])
+
+
+def _unreadable(shape: Shape, why: str) -> _NoMesh:
+    file = shape.file if isinstance(shape, MeshShape) else "the URDF"
+    return _NoMesh(f"{file} cannot be read as a mesh ({why}); allowed are STL, OBJ, PLY and GLB")
 
 
 def programs_of(settings: CellSettings) -> dict[str, tuple[str, ...]]:

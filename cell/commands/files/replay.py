@@ -12,7 +12,7 @@ from rich.console import Console
 from cell.commands.client.cell_view import POLL_S, Listening
 from cell.commands.client.display import Show
 from cell.commands.client.json_lines import status_lines
-from cell.commands.client.page_server import LOCAL, axes_of, page_server, programs_of
+from cell.commands.client.page_server import LOCAL, axes_of, meshes_of, page_server, programs_of
 from cell.commands.client.state_table import cell_table
 from cell.commands.errors import CommandError
 from cell.commands.files.recordings import RecordingArgument, opened
@@ -23,6 +23,7 @@ from cell.config.problem import ConfigError
 from cell.config.settings import CellSettings
 from cell.messages import Event
 from cell.view.gate import Level
+from cell.view.meshes import RobotMeshes
 from cell.view.rows import Axes
 
 if TYPE_CHECKING:
@@ -73,8 +74,9 @@ def replay(
             with page_server(LOCAL[0], port, Level.WATCH) as server:
                 from cell.view.page import Page
 
-                axes, programs = _from_files(recorded)
-                Page(server, recorded.settings, player, axes, player=(player, speed), programs=programs).run(stop)
+                axes, programs, meshes = _from_files(recorded)
+                wound = player, speed
+                Page(server, recorded.settings, player, axes, player=wound, programs=programs, meshes=meshes).run(stop)
             return
         player.seek(begin + (player.began if begin >= 0.0 else player.ends))
         with Show(recorded.settings, Console()) as shown:
@@ -89,15 +91,18 @@ def replay(
             print(f"{recording} ends here{': it was cut off' if recorded.cut else ''}")
 
 
-def _from_files(recorded: "Recorded") -> tuple[dict[str, Axes], dict[str, tuple[str, ...]]]:
-    """Axes and programs of the robots, by the files in the recording."""
+def _from_files(
+    recorded: "Recorded",
+) -> tuple[dict[str, Axes], dict[str, tuple[str, ...]], dict[str, RobotMeshes]]:
+    """Axes, programs and looks of the robots, by the files in the recording."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             settings = load_cell_alone(recorded.unpack(Path(folder)))
-            return axes_of(settings), programs_of(settings)
+            axes = axes_of(settings)
+            return axes, programs_of(settings), meshes_of(settings, axes)
         except (ConfigError, OSError) as error:
-            typer.echo(f"axes and programs are not shown: {error}", err=True)
-            return {}, {}
+            typer.echo(f"axes, programs and meshes are not shown: {error}", err=True)
+            return {}, {}, {}
 
 
 def _moment(at: str, began: float, ends: float) -> float:

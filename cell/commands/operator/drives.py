@@ -46,15 +46,18 @@ def drives_table(settings: CellSettings, seen: Snapshot) -> Table:
     title, caption = f"drives of cell {settings.name}", "\n".join(counters)
     table = Table(title=title, title_justify="left", caption=caption, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
-    for heading in ("gateway", "node", "axis", "NMT", "drive", "error\nmrad/mm", "trouble"):
+    for heading in ("gateway", "node", "axis", "NMT", "drive", "error\nmrad/mm", "A", "°C", "trouble"):
         table.add_column(heading, overflow="fold", no_wrap=heading in ("axis", "NMT"))
     for name in settings.gateways:
         gateway = seen.gateways.get(name)
         for node in gateway.nodes if gateway is not None else ():
-            words = (node.nmt, drive_text(node), following_error(node), trouble(node))
+            measured = following_error(node), _number(node.current_a, 2), _number(node.temperature_c, 0)
+            words = (node.nmt, drive_text(node), *measured, trouble(node))
             table.add_row(name, str(node.node_id), f"{node.robot} {node.axis}", *words)
         for io in gateway.io_nodes if gateway is not None else ():
-            table.add_row(name, str(io.node_id), f"I/O {io.name}", io.nmt, io_text(io), "", emergency(io) or io.problem)
+            table.add_row(
+                name, str(io.node_id), f"I/O {io.name}", io.nmt, io_text(io), "", "", "", emergency(io) or io.problem
+            )
     return table
 
 
@@ -99,6 +102,10 @@ def drive_text(node: NodeStatus) -> str:
 def following_error(node: NodeStatus) -> str:
     """The largest one since the robot was enabled, in mrad of a joint that turns and mm of one that slides."""
     return "" if node.following_error is None else f"{1000.0 * node.following_error:.2f}"
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "" if value is None else f"{value:.{digits}f}"
 
 
 def trouble(node: NodeStatus) -> str:

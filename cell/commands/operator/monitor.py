@@ -47,7 +47,7 @@ from cell.view.desk import Desk, NoAnswer
 from cell.view.gate import Level
 from cell.view.newest import Newest
 from cell.view.now import Line, NowLines, Tone
-from cell.view.rows import AXIS_HEADING, Axes, Kind, axis_rows, bursts, duration
+from cell.view.rows import AXIS_HEADING, Axes, Kind, axis_columns, axis_rows, bursts, duration
 from cell.view.source import LiveSource, Source
 
 PERIOD_S = 0.25
@@ -233,10 +233,12 @@ class Screen:
         if robot not in self.axes:
             return []
         rows = axis_rows(robot, self.axes[robot], self.seen)
-        widths = [max(map(len, column)) for column in zip(AXIS_HEADING, *(row.cells for row in rows), strict=True)]
+        widths = {
+            i: max(len(each[i]) for each in (AXIS_HEADING, *(row.cells for row in rows))) for i in axis_columns(rows)
+        }
 
         def aligned(cells: tuple[str, ...], style: str) -> Text:
-            return Text("  ".join(f"{cell:{width}}" for cell, width in zip(cells, widths, strict=True)), style)
+            return Text("  ".join(f"{cells[i]:{width}}" for i, width in widths.items()), style)
 
         return [aligned(AXIS_HEADING, "underline"), *(aligned(row.cells, _DRIVES[row.tone]) for row in rows)]
 

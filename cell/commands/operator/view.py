@@ -11,7 +11,7 @@ from cell.commands.client.cell_files import running_cell
 from cell.commands.client.cell_view import POLL_S
 from cell.commands.client.connection import client_session, connect
 from cell.commands.client.live_desk import LiveDesk
-from cell.commands.client.page_server import axes_of, page_server, programs_of
+from cell.commands.client.page_server import axes_of, meshes_of, page_server, programs_of
 from cell.commands.options import (
     CELL_FILE,
     PORT,
@@ -80,4 +80,6 @@ def show(
 
         source, settings = LiveSource(operator.session), operator.settings
         page_desk = desk if control is not None else None
-        Page(server, settings, source, axes_of(settings), page_desk, programs=programs_of(settings)).run(stop)
+        axes, programs = axes_of(settings), programs_of(settings)
+        meshes = meshes_of(settings, axes)
+        Page(server, settings, source, axes, page_desk, programs=programs, meshes=meshes).run(stop)

@@ -67,7 +67,7 @@ class SdoWorkers:
         self._clients: dict[int, Any] = {}
         self._malformed: dict[int, int] = {}
         self._asked: dict[int, bytes] = {}
-        """By node: index and sub-index of the object that is asked for at present, as in each frame that names it."""
+        """By node that is asked: index and sub-index of the object, as in each frame that names it."""
         self._streams: dict[int, bool] = {}
         """By node: its next answers are segments of a block upload, which begin with a number."""
         for number in node_ids:
@@ -89,7 +89,7 @@ class SdoWorkers:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def take(self, frame: CanFrame) -> bool:
-        """Give a received frame to its client; true when it came as an SDO answer of a configured node.
+        """Give a received frame to its client; true when it came as an SDO answer of a configured node that is asked.
 
         An answer that is not 8 bytes long is none: the request goes on to its time-out, which then says so. Nor is one
         about another object: it belongs to a request whose time was over.
@@ -101,8 +101,10 @@ class SdoWorkers:
             self._malformed[node] = len(frame.data)
             return True
         asked = self._asked.get(node)
+        if asked is None:
+            return False
         names = frame.data[0] >> 5 in _NAMING and not self._streams.get(node)
-        if asked is not None and names and frame.data[1:4] not in (asked, _UNNAMED):
+        if names and frame.data[1:4] not in (asked, _UNNAMED):
             return True
         self._network.notify(frame.id, bytearray(frame.data), 0.0)
         return True
@@ -140,4 +142,5 @@ class SdoWorkers:
         except Exception as error:
             # Whatever the library makes of an answer: without an outcome the node would never be asked again.
             problem = f"the SDO transfer failed ({type(error).__name__}: {error})"
+        del self._asked[request.node_id]
         self._done(SdoDone(request.request_id, data, abort_code, problem))

@@ -20,6 +20,7 @@ from drive_gateway.canopen.sdo import Dialogue, SdoRead
 from drive_gateway.cia402.state_machine import FAULT_RESET, QUICK_STOP, REMOTE, WARNING, controlword, decode
 from drive_gateway.config.image import INPUTS_EVERY, image_of
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
+from drive_gateway.gateway.drives.gauge import Gauge
 from drive_gateway.gateway.drives.rest import AxisRest
 from drive_gateway.gateway.drives.shown_units import ShownUnits
 from drive_gateway.gateway.nodes.node import Node
@@ -69,6 +70,7 @@ class Drive:
         self.reference = reference
         self.rest = AxisRest(axis, settings)
         self.shown_units = ShownUnits(self.label, axis.units)
+        self.gauge = Gauge(axis)
         self.missing_tpdos = 0
         self.tried = False
         """Since its start it has been seen to move as fast as it was told, and that way round."""
@@ -126,14 +128,15 @@ class Drive:
         """The drive itself says that its power stage is off."""
         return self.status in _WITHOUT_TORQUE
 
-    def describe(self) -> NodeStatus:
+    def describe(self, now: float) -> NodeStatus:
         nmt = "unknown" if self.node.nmt is None else self.node.nmt.words
         code = None if self.emergency is None else self.emergency.code
         text = "" if self.emergency is None else self.emergency.meaning
         missing = self.reference.missing
         return NodeStatus(
             self.axis.node_id, self.robot, self.axis.name, nmt, self.status, code, text, not missing, missing,
-            self.warns, self.largest_error, self._outputs.shown(self.axis.name),
+            self.warns, self.largest_error, self._outputs.shown(self.axis.name), self.gauge.current(now),
+            self.gauge.temperature(now),
         )  # fmt: skip
 
     def said(self) -> str:
@@ -205,6 +208,7 @@ class Drive:
     def started(self, now: float) -> None:
         self._tpdo_at = now
         self.operational, self.status = True, self._heard
+        self.gauge.restart()
         self.rest.heard()
         self.follow(self.shown_units.dialogue())
 
@@ -232,6 +236,7 @@ class Drive:
     def lost(self) -> None:
         self._asked = False
         self.operational, self.status = False, AxisStatus.SILENT
+        self.gauge.restart()
         if self.counts is not None:
             self.reference.lost(self.counts, self._way_to_rest(), torque=self._heard not in _WITHOUT_TORQUE)
 

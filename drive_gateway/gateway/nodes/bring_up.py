@@ -10,7 +10,7 @@ from cell.core import Effect
 from drive_gateway.canopen.axis_objects import first_axis_index
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, nmt_frame
 from drive_gateway.canopen.pdo_map import Pdo
-from drive_gateway.canopen.sdo import Dialogue, SdoChannel, SdoDone
+from drive_gateway.canopen.sdo import ABSENT, Dialogue, SdoChannel, SdoDone
 from drive_gateway.cia402.preparation import HEARTBEAT_PRODUCER
 from drive_gateway.config.gateway_objects import CYCLE_PERIOD, said_by
 from drive_gateway.config.settings import GatewaySettings
@@ -20,8 +20,6 @@ from drive_gateway.gateway.nodes.program import SYNC_COUNTER, BootProgram, Step
 RETRY_S = 2.0
 """Pause before a node that failed is tried again."""
 
-_ABSENT = (0x06020000, 0x06090011)
-"""Abort codes: no such object, no such sub-index."""
 _BUSY = 0x08000022
 """Abort code: not in the present device state; after its start a node may need a moment until it stores anything."""
 _PDOS = range(0x1400, 0x1C00)
@@ -169,7 +167,7 @@ class BringUp:
     def _settled(self, step: Step, outcome: SdoDone) -> bool:
         """The node may be asked for what follows; else it is asked for this again, or the attempt has failed."""
         code, self._found = outcome.abort_code, b""
-        if step.waived and code in _ABSENT:
+        if step.waived and code in ABSENT:
             self._go_without(step)
             return True
         if code == _BUSY and self._now < self._busy_until:
@@ -193,9 +191,9 @@ class BringUp:
         code = outcome.abort_code
         if code is None:
             return False
-        if step.asked or (step.optional and code in _ABSENT):
+        if step.asked or (step.optional and code in ABSENT):
             return True
-        if code in _ABSENT or step.data is None:
+        if code in ABSENT or step.data is None:
             return False
         if step.leave is not None:
             return self._stays(step, step.leave)
@@ -244,7 +242,7 @@ class BringUp:
         """What helps where a node refuses what it must have."""
         kind, index = self._program.kind, first_axis_index(step.index)
         other = f"take a {kind}, or a firmware of it, that has this object"
-        if code not in _ABSENT:
+        if code not in ABSENT:
             return other if step.data is None else self._remedy(step)
         if index in self._program.optional:
             return f'a {kind} that may lack it says so in the drives file, waive: ["{index:04X}"]'

@@ -49,6 +49,18 @@ class AxisServo(Protocol):
         """Of the shaft."""
 
     @property
+    def rated_current_a(self) -> float:
+        """[A rms] of the motor; 0: not known."""
+
+    @property
+    def current_a(self) -> float:
+        """[A rms] that makes the torque, with its sign."""
+
+    @property
+    def motor_c(self) -> float:
+        """[degC] of its winding."""
+
+    @property
     def has_torque(self) -> bool:
         """It knows mode cyclic torque."""
 

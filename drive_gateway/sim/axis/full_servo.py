@@ -41,6 +41,7 @@ class FullServo:
         self.protection = Protection(data.motor, (bus.data.low_v, bus.data.high_v), _TOO_FAST * data.top_speed)
         self._bus = bus
         self._inertia = data.inertia
+        self._rated_current_a = data.motor.rated_current_a
         self._hot_c = data.motor.hot_c + 1.0
         self.top_speed = data.top_speed * self._per_rad
         self._counts = 0
@@ -113,6 +114,21 @@ class FullServo:
     def torque_nm(self) -> float:
         """What the motor gives now."""
         return self.machine.torque
+
+    @property
+    def rated_current_a(self) -> float:
+        """[A rms] of the motor."""
+        return self._rated_current_a
+
+    @property
+    def current_a(self) -> float:
+        """[A rms] across the magnets' field."""
+        return self.machine.current_a
+
+    @property
+    def motor_c(self) -> float:
+        """[degC] of its winding."""
+        return self.protection.motor_c
 
     @property
     def has_torque(self) -> bool:

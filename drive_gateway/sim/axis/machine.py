@@ -1,6 +1,6 @@
 """The physical part of an axis, stepped together: bridge, winding, motor and load, brake, encoder."""
 
-from math import cos, sin
+from math import cos, sin, sqrt
 
 from drive_gateway.sim.axis.axis_data import AxisData
 from drive_gateway.sim.axis.commutation import bridged
@@ -41,6 +41,11 @@ class Machine:
         electric = self._motor.pole_pairs * self.mechanics.angle
         current = self.winding.current
         return self._torque_per_ampere * (current.imag * cos(electric) - current.real * sin(electric))
+
+    @property
+    def current_a(self) -> float:
+        """[A rms] the part of the current that gives torque, with its sign."""
+        return self.torque / (sqrt(2.0) * self._torque_per_ampere)
 
     @property
     def resting(self) -> bool:

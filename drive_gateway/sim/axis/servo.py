@@ -12,9 +12,12 @@ from math import exp
 
 from drive_gateway.canopen.emcy import MOTOR_HOT
 from drive_gateway.sim.axis.axis_servo import MOTOR_WARM
+from drive_gateway.sim.axis.protection import AMBIENT_C
 
 _SHORTEST_LAG_S = 1e-4
 """A lag of zero is taken as this: no axis follows at once."""
+_HOT_C, _WARM_C = 141.0, 136.0
+"""Motors of the full level are too hot above 140 degC."""
 
 
 class Servo:
@@ -63,6 +66,21 @@ class Servo:
     def torque_nm(self) -> float:
         """None is known at this level."""
         return 0.0
+
+    @property
+    def rated_current_a(self) -> float:
+        """None is known at this level."""
+        return 0.0
+
+    @property
+    def current_a(self) -> float:
+        """None is known at this level."""
+        return 0.0
+
+    @property
+    def motor_c(self) -> float:
+        """[degC] that of its surroundings, unless it was heated on command."""
+        return _HOT_C if self._hot else _WARM_C if self._warm else AMBIENT_C
 
     @property
     def has_torque(self) -> bool:

@@ -17,6 +17,7 @@ _VELOCITY_ACTUAL = key_of(0x606C)
 _DISPLAY_LAG_US, _DISPLAY_VELOCITY = key_of(0x2073), key_of(0x2074)
 _FOLLOWING_ERROR_ACTUAL = key_of(0x60F4)
 _RATED_TORQUE, _TORQUE_ACTUAL = key_of(0x6076), key_of(0x6077)
+_RATED_CURRENT, _CURRENT_ACTUAL, _MOTOR_TEMPERATURE = key_of(0x6075), key_of(0x6078), key_of(0x2003)
 _WARNINGS, _INPUTS, _MODE_DISPLAY = key_of(0x2002), key_of(0x60FD), key_of(0x6061)
 _ENCODER_SERIAL, _ENCODER_STATUS = key_of(0x2010, 1), key_of(0x2010, 2)
 
@@ -72,6 +73,10 @@ class Shown:
         if self._rated_mnm:
             per_mille = round(1e6 * servo.torque_nm / self._rated_mnm)
             numbers[_TORQUE_ACTUAL] = max(-_MOST_TORQUE, min(_MOST_TORQUE, per_mille))
+        numbers[_RATED_CURRENT] = rated_ma = round(1000.0 * servo.rated_current_a)
+        if rated_ma:
+            numbers[_CURRENT_ACTUAL] = round(1e6 * servo.current_a / rated_ma)
+        numbers[_MOTOR_TEMPERATURE] = round(10.0 * servo.motor_c)
         numbers[_ENCODER_SERIAL], numbers[_ENCODER_STATUS] = reference.serial, reference.battery_empty
         numbers[_POSITION_ACTUAL] = self._range.shown(servo.position - shift + self._hunting(state))
         numbers[_VELOCITY_ACTUAL] = clipped(servo.velocity / self._units.velocity)

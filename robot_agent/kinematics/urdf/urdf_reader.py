@@ -21,6 +21,11 @@ def read_urdf(source: UrdfSource) -> UrdfChain:
         BadModel: no URDF, a closed loop, no single flange, or a joint that mimics another one or neither turns about
             nor slides along one axis.
     """
+    return _chain(*chain_of(source), source.file.name)
+
+
+def chain_of(source: UrdfSource) -> tuple[pin.Model, list[int], pin.Frame]:
+    """The whole model, the joints on the way from its root to the flange, and the flange. Raises as `read_urdf`."""
     model, mimics = _parsed(source.file)
     flange = model.frames[_flange(model, source)]
     joints: list[int] = []
@@ -33,7 +38,7 @@ def read_urdf(source: UrdfSource) -> UrdfChain:
     names = [model.names[joint] for joint in joints]
     if problems := tuple(_mimicking(name, mimics[name]) for name in names if name in mimics):
         raise BadModel(source.file.name, problems)
-    return _chain(model, joints, flange, source.file.name)
+    return model, joints, flange
 
 
 def _parsed(file: Path) -> tuple[pin.Model, dict[str, str]]:

@@ -1,6 +1,6 @@
 """What a URDF says, looked at before Pinocchio reads it: Pinocchio tells the cause on standard error only, or nothing.
 
-Format: http://wiki.ros.org/urdf/XML. Meshes and inertias are not looked at; nobody here needs them.
+Format: http://wiki.ros.org/urdf/XML. Inertias are not looked at, nor what is seen (`urdf_visuals`).
 """
 
 from collections.abc import Iterator

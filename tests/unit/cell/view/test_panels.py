@@ -13,6 +13,7 @@ from cell.view.curves import Curves, Quantity
 from cell.view.newest import Newest
 from cell.view.now import NowLines
 from cell.view.panels import Axes
+from cell.view.rows import AXIS_HEADING, axis_rows
 from tests.unit.cell.view.room import CELL, gateway, held_by, manager, presence, robot, seen
 
 AXES = {"left": Axes(("J1", "Z"), (False, True)), "right": Axes(("J1", "Z"), (False, True))}
@@ -64,6 +65,21 @@ def test_the_program_is_shown_around_its_line_and_another_file_only_by_its_own_l
     assert re.findall(r"X=(\d+)", at_line(50, "MJ J1=0 X=7")) == ["7"]
     assert re.findall(r"X=(\d+)", at_line(0, "")) == [str(number) for number in range(1, 17)]
     assert re.findall(r"X=(\d+)", at_line(500, "ML X=8")) == ["8"]
+
+
+def test_current_and_temperature_stand_in_the_row_of_the_axis_and_are_empty_where_nobody_tells_them() -> None:
+    node = NodeStatus(
+        3, "left", "J1", "operational", AxisStatus.OPERATION_ENABLED, current_a=-1.254, temperature_c=45.6
+    )
+    silent = replace(node, axis="Z", current_a=None, temperature_c=None)
+    rows = axis_rows("left", AXES["left"], seen(replace(gateway(), nodes=(node, silent))))
+    assert AXIS_HEADING[-2:] == ("current", "temp.")
+    assert [row.cells[-2:] for row in rows[:2]] == [("-1.25 A", "46 °C"), ("", "")]
+    html = panels.drives(CELL, seen(replace(gateway(), nodes=(node,))), {"left": AXES["left"]})
+    assert "-1.25 A" in html
+    assert "46 °C" in html
+    assert ">temp.</th>" in html
+    assert ">torque</th>" not in html, "no drive tells one"
 
 
 def test_drives_are_told_in_the_units_of_their_axes() -> None:

@@ -167,6 +167,15 @@ def test_an_answer_that_is_too_short_is_told_with_its_length(answer: str, data: 
     assert f"an answer had {len(bytes.fromhex(answer))} bytes, allowed are 8" in outcome.problem
 
 
+def test_an_answer_to_nobody_who_waits_is_left_to_others() -> None:
+    """The gateway reads some objects by frames of its own."""
+    node = _Node("43 64 60 00 70 FE FF FF")
+    answer = CanFrame(0x581, bytes.fromhex("4B 78 60 00 FA 00 00 00"))
+    assert not node.workers.take(answer)
+    node.ask(0x6064, 0, None)
+    assert not node.workers.take(answer)
+
+
 def test_a_short_segment_is_told_too() -> None:
     node = _Node("41 08 10 00 20 00 00 00", "00 43 4D", timeout_s=0.005)
     assert "an answer had 3 bytes" in node.ask(0x1008, 0, None).problem

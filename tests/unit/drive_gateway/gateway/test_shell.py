@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from cell.messages import Claim, EnableDrives, Fault, FaultDrive, ReadObject, RecordBus
-from drive_gateway.config.settings import BusSettings
+from drive_gateway.config.settings import BusSettings, TemperatureSettings
 from drive_gateway.gateway.bus.opening import BusError, open_bus
 from tests.unit.gateway_thread import running_gateway
-from tests.unit.gateway_world import block, s_motion
+from tests.unit.gateway_world import axis, block, gateway_settings, s_motion
 
 
 @pytest.mark.parametrize(
@@ -31,6 +31,21 @@ def test_the_eds_that_a_node_keeps_and_a_fault_on_command_go_over_bus_and_zenoh(
         client.until(lambda: [node.emergency_code for node in client.state.nodes] == [None, 0x5112])
     assert reply.ok, reply.text
     assert bytes.fromhex(reply.data) == (files("drive_gateway.sim") / "cia402_drive.eds").read_bytes()
+
+
+def test_what_is_read_beside_the_dialogues_comes_over_the_bus_while_an_operator_reads_too() -> None:
+    """2003h of a simulated drive is the temperature of its motor in tenths of a degree."""
+    shown = TemperatureSettings((0x2003, 0), 2, True, 0.1)
+    settings = gateway_settings((axis("J1", 1, temperature=shown), axis("J2", 2)))
+    with running_gateway(settings) as (client, _stop, _codes):
+        client.until(lambda: client.state is not None and client.state.ready)
+        for _ in range(20):
+            reply = client.ask(ReadObject(1, 0x6041, 0))
+            assert reply.ok, reply.text
+        client.until(lambda: client.state.nodes[0].temperature_c is not None)
+        assert [node.temperature_c for node in client.state.nodes] == [20.0, None]
+        assert client.ask(FaultDrive(1, 1, Fault.HOT_MOTOR)).ok
+        client.until(lambda: client.state.nodes[0].temperature_c == 141.0)
 
 
 def test_a_block_sent_over_zenoh_moves_a_simulated_drive_and_a_stop_switches_it_off() -> None:

@@ -35,12 +35,13 @@ def test_every_node_is_a_row_with_its_emergency_and_its_meaning() -> None:
     node = NodeStatus(
         1, "left", "J1", "Operational", AxisStatus.FAULT, 0x8611, "following error over its window",
         referenced=False, reference_missing="home it", warning=True, following_error=0.05237,
-        outputs={"gripper": True, "laser": False},
+        outputs={"gripper": True, "laser": False}, current_a=-1.254, temperature_c=45.6,
     )  # fmt: skip
     table = drives_table(load_cell(TWO_ARMS), Snapshot(gateways={"left_bus": gateway(node)}))
     cells = [next(iter(column.cells)) for column in table.columns]
     assert cells[:6] == ["left_bus", "1", "left J1", "Operational", "Fault, warning, gripper on, laser off", "52.37"]
-    assert cells[6] == "8611h following error over its window; not referenced: home it"
+    assert cells[6:8] == ["-1.25", "46"]
+    assert cells[8] == "8611h following error over its window; not referenced: home it"
     assert "late cycles 2 of 100, worst 6.0 ms, missing TPDOs 3, blocks 40 taken 1 refused" in str(table.caption)
     assert "gateway right_bus: silent" in str(table.caption)
 
@@ -54,8 +55,8 @@ def test_an_io_node_is_a_row_with_its_outputs_and_inputs_stand_below() -> None:
     table = drives_table(load_cell(TWO_ARMS), Snapshot(gateways={"left_bus": seen}))
     rows = list(zip(*(column.cells for column in table.columns), strict=True))[1:]
     assert rows == [
-        ("left_bus", "20", "I/O coupler", "Operational", "works, left gripper on", "", ""),
-        ("left_bus", "21", "I/O lamps", "unknown", "does not work", "", "node 21 (I/O lamps) was lost"),
+        ("left_bus", "20", "I/O coupler", "Operational", "works, left gripper on", "", "", "", ""),
+        ("left_bus", "21", "I/O lamps", "unknown", "does not work", "", "", "", "node 21 (I/O lamps) was lost"),
     ]
     assert "inputs of left: part_present on, full off, pressure unknown" in str(table.caption)
 
