@@ -32,8 +32,9 @@ from drive_gateway.gateway.setup.setup_motion import HOLD_S
 from robot_agent.agent.operator.jogging import HELD_S
 
 TRIES = 3
-BEGINS_S = 1.0
-"""An arm that rests after so long has not begun to move, or was disturbed."""
+BEGINS_S = 3.0
+"""An arm that rests after so long has not begun to move, or was disturbed; a first motion in set-up tries the drives'
+units, begins late and is short."""
 SLOWER, STANDS_M_S = 0.97, 0.002
 RAMP_SHOWS_S = 0.02
 """A jerk-limited ramp takes so long to make the arm slower by 3 %; a quick stop does it in a cycle."""
