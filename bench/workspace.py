@@ -14,7 +14,7 @@ from cell.geometry import Mesh, SpaceOf, transform_points
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Motion
-from robot_agent.workspace import Spaces, Sweep, Things, sweep
+from robot_agent.workspace import Cover, Spaces, Sweep, Things, sweep
 
 BOXES, MESHES = 20, 2
 BLOCK = 90
@@ -46,7 +46,9 @@ def workspace(model: Model, motion: Motion) -> Iterator[Row]:
             raise AssertionError(f"{touch} {breach}")
 
     def at_run_time() -> None:
-        way = things.in_the_way(block) or spaces.in_the_way(spaces.watched(block, _WORLD, flange[:BLOCK]), ())
+        watched = spaces.watched(block, _WORLD, flange[:BLOCK])
+        cover = Cover.of_block(watched)
+        way = things.in_the_way(block, cover) or spaces.in_the_way(watched, (), cover)
         if way:
             raise AssertionError(way)
 

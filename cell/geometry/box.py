@@ -105,16 +105,17 @@ def _closest_share(start: Array, direction: Array, half: Array) -> Array:
     divisor = np.where(moving, direction, 1.0)
     breaks = np.empty((*start.shape[:-1], 8))
     breaks[..., 0], breaks[..., 1] = 0.0, 1.0
-    breaks[..., 2:5] = np.where(moving, np.clip((half - start) / divisor, 0, 1), 0.0)
-    breaks[..., 5:] = np.where(moving, np.clip((-half - start) / divisor, 0, 1), 0.0)
-    slope = np.zeros_like(breaks)
-    for k in range(3):
-        at_break = start[..., k, None] + breaks * direction[..., k, None]
-        slope += (at_break - np.clip(at_break, -half[k], half[k])) * direction[..., k, None]
-    below = np.where(slope <= 0, breaks, 0.0).max(axis=-1)
-    above = np.where(slope >= 0, breaks, 1.0).min(axis=-1)
-    slope_below = np.where(slope <= 0, slope, -np.inf).max(axis=-1)
-    slope_above = np.where(slope >= 0, slope, np.inf).min(axis=-1)
+    np.divide(half - start, divisor, out=breaks[..., 2:5])
+    np.divide(-half - start, divisor, out=breaks[..., 5:])
+    np.minimum(np.maximum(breaks, 0.0, out=breaks), 1.0, out=breaks)
+    breaks[..., 2:] *= np.concatenate([moving, moving], axis=-1)
+    at_break = start[..., None, :] + breaks[..., None] * direction[..., None, :]
+    at_break -= np.minimum(np.maximum(at_break, -half), half)
+    slope = np.einsum("...bk,...k->...b", at_break, direction)
+    falls, rises = slope <= 0, slope >= 0
+    below, above = np.where(falls, breaks, 0.0).max(axis=-1), np.where(rises, breaks, 1.0).min(axis=-1)
+    slope_below = np.where(falls, slope, -np.inf).max(axis=-1)
+    slope_above = np.where(rises, slope, np.inf).min(axis=-1)
     return _zero_between(below, above, slope_below, slope_above)
 
 

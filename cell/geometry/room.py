@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.geometry.arrays import Array
 from cell.geometry.convex import Convex, Faces
@@ -32,6 +33,12 @@ class Room:
     _border: Faces = field(init=False, repr=False)
     _nearer: Array = field(init=False, repr=False)
     """`(p,)` `extra` of each piece of the border."""
+    _normals: Array = field(init=False, repr=False)
+    """`(3, k)` of the planes of all parts, one part after the other."""
+    _offsets: Array = field(init=False, repr=False)
+    """`(k,)` [m] of these."""
+    _firsts: NDArray[np.intp] = field(init=False, repr=False)
+    """Where among them each part begins."""
 
     def __post_init__(self) -> None:
         pieces = [
@@ -44,6 +51,10 @@ class Room:
             self, "_border", Faces([piece for piece, _, _ in pieces], np.array([n for _, n, _ in pieces]))
         )
         object.__setattr__(self, "_nearer", np.array([extra for _, _, extra in pieces]))
+        planes = [len(part.offsets) for part in self.parts]
+        object.__setattr__(self, "_normals", np.concatenate([part.normals for part in self.parts]).T.copy())
+        object.__setattr__(self, "_offsets", np.concatenate([part.offsets for part in self.parts]))
+        object.__setattr__(self, "_firsts", np.cumsum([0, *planes[:-1]]))
 
     def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:
         """As `Solid`. Below minus the radius: how far the axis is out, by the planes of the nearest part.
@@ -54,33 +65,37 @@ class Room:
         points = np.asarray(points, dtype=float)
         axes = points.reshape(-1, 2, 3)
         radii = np.broadcast_to(radii, points.shape[:-2]).reshape(-1)
-        distance = -np.min([part.heights(axes).max(axis=-1) for part in self.parts], axis=0) - max(self.extra)
+        heights = self._heights(axes)
+        distance = -heights.max(axis=-2).min(axis=-1) - max(self.extra)
         if len(self.parts) > 1:
             near = distance - radii < within
-            distance[near] = self._from_border(axes[near], radii[near] + within)
+            out = heights[near, 0].min(axis=-1)
+            distance[near] = self._from_border(axes[near], radii[near] + within, out)
         return np.asarray((distance - radii).reshape(points.shape[:-2]))
 
     def bounds(self) -> None:
         """As `Solid`."""
 
-    def _from_border(self, axes: Array, within: Array) -> Array:
+    def _from_border(self, axes: Array, within: Array, out: Array) -> Array:
         """Distance `(m,)` [m] of axes `(m, 2, 3)` from the border; at most 0 for those that are not inside.
 
-        Beyond `within` `(m,)` [m] it is a bound from below.
+        Beyond `within` `(m,)` [m] it is a bound from below. `out` `(m,)` [m] is how far out the starts are.
         """
         distances = self._border.distance(axes, np.maximum(within, _TOUCHES_M)[:, None] + self._nearer)
-        inside = (self._out(axes[:, 0]) <= CRACK_M) & (distances.min(axis=1, initial=np.inf) > _TOUCHES_M)
+        inside = (out <= CRACK_M) & (distances.min(axis=1, initial=np.inf) > _TOUCHES_M)
         nearest = (distances - self._nearer).min(axis=1, initial=np.inf)
         outside = ~inside
         if not outside.any():
             return np.asarray(nearest)
         along = axes[outside, None, 0] + _PLACES[:, None] * (axes[outside, 1] - axes[outside, 0])[:, None]
-        nearest[outside] = -np.maximum(self._out(along).max(axis=1, initial=0.0), 0.0) - max(self.extra)
+        farthest = self._heights(along).min(axis=-1).max(axis=1, initial=0.0)
+        nearest[outside] = -np.maximum(farthest, 0.0) - max(self.extra)
         return np.asarray(nearest)
 
-    def _out(self, points: Array) -> Array:
-        """How far points `(..., 3)` are beyond the part that they are the least beyond, `(...)` [m]."""
-        return np.asarray(np.min([part.heights(points) for part in self.parts], axis=0))
+    def _heights(self, points: Array) -> Array:
+        """How far points `(..., 3)` are beyond each part, `(..., parts)` [m]; the least says how far out they are."""
+        beyond = points.reshape(-1, 3) @ self._normals - self._offsets
+        return np.maximum.reduceat(beyond, self._firsts, axis=1).reshape(*points.shape[:-1], len(self.parts))
 
     def _uncovered(self, own: Convex, face: Array, normal: Array) -> list[Array]:
         """The pieces of a face whose outer side lies in no other part."""

@@ -13,7 +13,7 @@ _AT_ONCE = 2048
 
 _NARROW = 1e-6
 """Squared sine of an angle; from wider ones on, products of lengths tell lines that cross as exactly as vectors do."""
-_NONE, _ALL, _NOTHING = np.array(0.0), np.array(1.0), np.array(np.finfo(float).tiny)
+_BACK, _NONE, _NOTHING = np.array(-1.0), np.array(0.0), np.array(np.finfo(float).tiny)
 """As arrays, which numpy takes sooner than numbers."""
 
 _THIRDINGS = 80
@@ -45,15 +45,14 @@ def segment_distance(first: Array, second: Array) -> Array:
         WrongShape: one of them is no array of segments.
     """
     first, second = _segments(first, "first"), _segments(second, "second")
-    shape = np.broadcast_shapes(first.shape, second.shape)
+    shape = first.shape if first.shape == second.shape else np.broadcast_shapes(first.shape, second.shape)
     pairs = math.prod(shape[:-2])
     if pairs <= _AT_ONCE:
-        ndim = max(len(shape), 3)
-        alike = (each.reshape((1,) * (ndim - each.ndim) + each.shape) for each in (first, second))
-        return _distance(*alike).reshape(shape[:-2])
+        return _distance(first, second, shape[:-2]).reshape(shape[:-2])
     one, other = (np.broadcast_to(each, shape).reshape(-1, 2, 3) for each in (first, second))
-    parts = [slice(start, start + _AT_ONCE) for start in range(0, pairs, _AT_ONCE)]
-    return np.concatenate([_distance(one[part], other[part]) for part in parts]).reshape(shape[:-2])
+    parts = [slice(start, min(start + _AT_ONCE, pairs)) for start in range(0, pairs, _AT_ONCE)]
+    found = [_distance(one[part], other[part], (part.stop - part.start,)) for part in parts]
+    return np.concatenate(found).reshape(shape[:-2])
 
 
 def capsule_distance(first: Array, first_radii: Array, second: Array, second_radii: Array) -> Array:
@@ -80,40 +79,54 @@ def _segments(points: Array, which: str) -> Array:
     return points
 
 
-def _distance(first: Array, second: Array) -> Array:
-    pairs = first.ndim - 2
-    order = pairs, pairs + 1, *range(pairs)
-    a, b = (np.ascontiguousarray(each.transpose(order)) for each in (first, second))
-    u, v, w = a[1] - a[0], b[1] - b[0], b[0] - a[0]
-    uu, vv, uv, uw, vw = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, w), _dot(v, w)
+def _distance(first: Array, second: Array, batch: tuple[int, ...]) -> Array:
+    """Of segments that broadcast to `(*batch, 2, 3)`, `(n,)` pair by pair.
+
+    All four ends in one row, that of the first segment before its start, differ by `u`, along the first, `w`, to the
+    start of the second, and `v`, along the second. So the way from a place on the first to one on the second is
+    w - s u - t v, both `s` and `t` between -1 and 0.
+    """
+    ends = np.empty((2, 2, 3, *batch))
+    in_order = *range(2, 2 + len(batch)), 0, 1
+    ends[0].transpose(in_order)[...] = first[..., ::-1, :]
+    ends[1].transpose(in_order)[...] = second
+    ends = ends.reshape(4, 3, -1)
+    ways = ends[1:] - ends[:-1]
+    u, v = ways[0], ways[2]
+    with_u, with_v = np.einsum("ikn,kn->in", ways, u), np.einsum("ikn,kn->in", ways[1:], v)
+    uu, uw, uv, wv, vv = with_u[0], with_u[1], with_u[2], with_v[0], with_v[1]
+    places = np.empty((3, ends.shape[-1]))
+    s, t = places[0], places[2]
+    places[1] = _BACK
     whole = uu * vv
     narrow = _NARROW * whole
     whole -= uv * uv
     if (whole >= narrow).all():
-        s = uw * vv
-        s -= uv * vw
+        np.multiply(uw, vv, out=s)
+        s -= uv * wv
     else:
         normal = _cross(u, v)
-        s, whole = _dot(_cross(w, v), normal), _dot(normal, normal)
-    with np.errstate(over="ignore"):
-        s = _share(s, whole)
-        t = uv * s
-        t -= vw
-        t = _share(t, vv)
-        s = uv * t
-        s += uw
-        s = _share(s, uu)
-    w += t * v
-    w -= s * u
-    square = _dot(w, w)
+        s[...], whole = _dot(_cross(ways[1], v), normal), _dot(normal, normal)
+    _share(s, whole)
+    np.multiply(uv, s, out=t)
+    np.subtract(wv, t, out=t)
+    _share(t, vv)
+    np.multiply(uv, t, out=s)
+    np.subtract(uw, s, out=s)
+    _share(s, uu)
+    apart = np.einsum("ikn,in->kn", ways, places)
+    square = _dot(apart, apart)
     return np.asarray(np.sqrt(square, out=square))
 
 
-def _share(way: Array, whole: Array) -> Array:
-    """`way / whole` in 0 to 1, in place of `way`; 0 where there is no whole, for then there is no way."""
+def _share(way: Array, whole: Array) -> None:
+    """`way / whole` between -1 and 0, in place of `way`; 0 where there is no whole, for then there is no way.
+
+    No quotient overflows for lengths below 1e77 m: a whole is a square of what the way is a multiple of.
+    """
     way /= np.maximum(whole, _NOTHING)
-    np.maximum(way, _NONE, out=way)
-    return np.asarray(np.minimum(way, _ALL, out=way))
+    np.maximum(way, _BACK, out=way)
+    np.minimum(way, _NONE, out=way)
 
 
 def _dot(a: Array, b: Array) -> Array:

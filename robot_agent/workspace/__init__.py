@@ -11,6 +11,7 @@ from robot_agent.workspace.body import (
     unknown_body,
 )
 from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
+from robot_agent.workspace.cover import Cover
 from robot_agent.workspace.itself import Itself, named, owned_by, part_of
 from robot_agent.workspace.placed_robot import PlacedRobot
 from robot_agent.workspace.sections import (
@@ -37,6 +38,7 @@ __all__ = [
     "ROOM_M",
     "Braking",
     "Breach",
+    "Cover",
     "Crossing",
     "Envelope",
     "Itself",

@@ -1,7 +1,8 @@
 """A few grown capsules around a moving body: what is far from them need not be looked at more closely."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -13,6 +14,8 @@ from robot_agent.workspace.swept_body import Sweep
 
 STRETCH = 16
 """Steps of a motion that are looked at as one, before what is near is looked at more closely."""
+_OF_A_BLOCK = 3
+"""Stretches of a block. With one, what a fast link sweeps is so wide that much seems near; each one more costs more."""
 _ROUNDING_M = 1e-9
 
 
@@ -48,6 +51,18 @@ class Cover:
         way = points[:, :, 1] - points[:, :, 0]
         balls = radii + np.sqrt(np.einsum("bck,bck->bc", way, way)) / 2.0
         return cls(edges, points, radii, points[:, :, 0] + way / 2.0, balls)
+
+    @classmethod
+    def of_block(cls, path: Sweep) -> Self:
+        """Of samples close to one another."""
+        return cls.of(path, max(1, math.ceil((len(path.points) - 1) / _OF_A_BLOCK)))
+
+    def first(self, count: int) -> Self:
+        """Of the first `count` capsules alone."""
+        points, radii, centres, balls = (
+            each[:, :count] for each in (self.points, self.radii, self.centres, self.balls)
+        )
+        return replace(self, points=points, radii=radii, centres=centres, balls=balls)
 
 
 def runs(near: Flags) -> list[tuple[int, int]]:

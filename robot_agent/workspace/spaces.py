@@ -97,7 +97,7 @@ class Spaces:
     def watched(self, body: Sweep, pose_world_base: Array, tcp: Array) -> Sweep:
         """A swept body with TCP and pointing axis, from the poses of the TCP in base at its samples `(m, 4, 4)`."""
         tool = self._tool(pose_world_base, tcp)
-        points, steps = np.concatenate([body.points, tool], axis=1), np.diff(tool[:, :, 0], axis=0)
+        points, steps = np.concatenate([body.points, tool], axis=1), tool[1:, :, 0] - tool[:-1, :, 0]
         chords = np.sqrt(np.einsum("mtk,mtk->mt", steps, steps))
         return Sweep(
             points,
@@ -139,13 +139,14 @@ class Spaces:
                 return rule.breach(self._who(rule.barrier, int(clear.argmin())), -float(clear.min()))
         return ""
 
-    def in_the_way(self, path: Sweep, off: Collection[str]) -> str:
+    def in_the_way(self, path: Sweep, off: Collection[str], cover: Cover | None = None) -> str:
         """Which rule `watched` samples close to one another break, for people; empty for none.
 
         As `Things.in_the_way`: who breaks one already may go where he does so no more than that.
+        `cover`: `Cover.of_block` of this path, for who has it already.
         """
         rules = self._rules(off)
-        found = rules.barriers.blocked(Cover.of(path, len(path.points)), path)
+        found = rules.barriers.blocked(Cover.of_block(path) if cover is None else cover, path)
         if found is None:
             return ""
         barrier, near = found
@@ -205,10 +206,12 @@ class Spaces:
 
     def _tool(self, pose_world_base: Array, pose_base_tcp: Array) -> Array:
         """TCP and pointing axis, `(k, 2, 2, 3)`."""
-        tcp = pose_world_base @ pose_base_tcp
         axis = 0 if self._orientation is None else self._orientation.axis
-        each = np.stack([tcp[:, :3, 3], self._lever_m * tcp[:, :3, axis]], axis=1)
-        return np.repeat(each[:, :, None], 2, axis=2)
+        in_base = pose_base_tcp[:, :3, [3, axis]].swapaxes(1, 2).reshape(-1, 3)
+        each = (in_base @ pose_world_base[:3, :3].T).reshape(-1, 2, 1, 3)
+        each[:, 0] += pose_world_base[:3, 3]
+        each[:, 1] *= self._lever_m
+        return np.repeat(each, 2, axis=2)
 
     def _who(self, barrier: Barrier, column: int) -> str:
         capsule, body = int(barrier.capsules[column]), len(self._model.body)

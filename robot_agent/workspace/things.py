@@ -169,7 +169,7 @@ class Barriers:
         return min(((each, near) for each, near in found if near), key=lambda each: each[1].tau, default=None)
 
     def blocked(self, cover: Cover, path: Sweep) -> tuple[Barrier, Near] | None:
-        """Which of them is in the way of samples close to one another, which are one stretch; see `blocked`."""
+        """Which of them is in the way of samples close to one another; see `blocked`."""
         for barrier, near in self.near(cover):
             if found := blocked_of(barrier, near, path):
                 return barrier, found
@@ -189,9 +189,9 @@ def first_near_of(
 
 
 def blocked_of(kept: KeptAway, near: Flags, path: Sweep) -> Near | None:
-    """As `blocked`, looking only at the columns that `near` `(1, k)` says."""
-    columns = np.flatnonzero(near[0])
-    found = blocked(kept.among(columns), path) if len(columns) else None
+    """As `blocked`, looking only at the columns that `near` `(b, k)` says of some stretch."""
+    columns = np.flatnonzero(near.any(axis=0))
+    found = blocked(kept.among(columns), path, near[0, columns]) if len(columns) else None
     return None if found is None else replace(found, column=int(columns[found.column]))
 
 
@@ -259,12 +259,15 @@ class Things:
             touches.append(Touch(near.tau, part, other, near.missing_m, self._itself.margin_m))
         return min(touches, key=lambda touch: touch.tau, default=None)
 
-    def in_the_way(self, path: Sweep) -> str:
-        """What samples close to one another come too near to, for people; empty when nothing; see `blocked`."""
-        cover = Cover.of(path, len(path.points))
+    def in_the_way(self, path: Sweep, cover: Cover | None = None) -> str:
+        """What samples close to one another come too near to, for people; empty when nothing; see `blocked`.
+
+        `cover`: `Cover.of_block` of this path, or of what is `Spaces.watched` of it, for who has it already.
+        """
+        cover = Cover.of_block(path) if cover is None else cover.first(len(path.radii))
         if found := self._barriers.blocked(cover, path):
             return f"{self._name(found[0])} is in the way of {named(self._part(*found))}"
-        if near := blocked_of(self._itself, self._itself.roughly_near(cover), path):
+        if near := blocked_of(self._itself, self._itself.near(cover), path):
             part, other = self._itself.names(near.column)
             return f"{other} is in the way of {named(part)}"
         return ""
@@ -276,38 +279,42 @@ class Things:
         return next(thing.name for thing in self._things if thing.barrier is barrier)
 
 
-def blocked(kept: KeptAway, path: Sweep) -> Near | None:
+def blocked(kept: KeptAway, path: Sweep, begins: Flags) -> Near | None:
     """What comes too near in samples close to one another, its tau being the number of the sample.
 
-    A robot that begins too near may go where it comes no nearer: that is the way out.
+    A robot that begins too near may go where it comes no nearer: that is the way out. Which columns may begin so says
+    `begins` `(k,)`.
     """
     around = kept.way(path.chords) / 2.0 + kept.bodies * path.bulge[:, None]
     within = float(around.max(initial=0.0)) + _APART_M
-    first = kept.clearance(path.points[:1], path.radii, within)[0]
+    first, found, begin = np.zeros(len(begins)), list[Near](), np.flatnonzero(begins)
+    if len(begin):
+        first[begin] = kept.among(begin).clearance(path.points[:1], path.radii, within)[0]
+    for column in np.flatnonzero(first < 0.0).tolist():
+        before = int(found[-1].tau) if found else len(path.points)
+        if deeper := _deeper(kept.among(np.array([column])), path, column, float(first[column]), before):
+            found.append(deeper)
     free = np.flatnonzero(first >= 0.0)
-    found = [_deeper(kept.among(np.array([column])), path, int(column)) for column in np.flatnonzero(first < 0.0)]
     if len(free):
         later = kept.among(free).clearance(path.points[1:], path.radii, within)
         short = later < around[:, free]
         if short.any():
             sample, at = np.unravel_index(int(np.argmax(short)), short.shape)
             found.append(Near(float(sample + 1), int(free[at]), -float(later[sample, at])))
-    return min((each for each in found if each), key=lambda near: near.tau, default=None)
+    return min(found, key=lambda near: near.tau, default=None)
 
 
-def _deeper(kept: KeptAway, path: Sweep, column: int) -> Near | None:
-    """The first sample that is nearer than the one with which a path begins, which is too near, in its one column.
+def _deeper(kept: KeptAway, path: Sweep, column: int, first: float, before: int) -> Near | None:
+    """The first sample before that one that is nearer than `first` [m], as a path begins, too near, in its one column.
 
     How far the body goes is how much nearer it can come: samples that are no nearer by that are passed over.
     """
     way = np.concatenate([[0.0], kept.way(path.chords)[:, 0].cumsum()])
-    at, first = 0, -np.inf
-    while at < len(way):
+    at, clear = 0, first
+    while (at := max(at + 1, int(np.searchsorted(way, way[at] + clear - first, side="right")))) < before:
         clear = float(kept.clearance(path.points[at : at + 1], path.radii, np.inf)[0, 0])
-        if at > 0 and clear < first - _ROUNDING_M:
+        if clear < first - _ROUNDING_M:
             return Near(float(at), column, -clear)
-        first = clear if at == 0 else first
-        at = max(at + 1, int(np.searchsorted(way, way[at] + clear - first, side="right")))
     return None
 
 

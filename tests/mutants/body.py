@@ -198,8 +198,8 @@ BODY = (
         (
             Edit(
                 THINGS,
-                "        if at > 0 and clear < first - _ROUNDING_M:\n",
-                "        if at > 0 and clear < first - 1.0:\n",
+                "        if clear < first - _ROUNDING_M:\n",
+                "        if clear < first - 1.0:\n",
             ),
         ),
         bench=Bench.BODY,

@@ -255,8 +255,8 @@ SPACE = (
         (
             Edit(
                 "robot_agent/agent/zones/zone_guard.py",
-                "            if reason := planner.things.in_the_way(path) or self._space.outside(path):",
-                "            if reason := planner.things.in_the_way(path):",
+                "            if reason := planner.things.in_the_way(path, cover) or self._space.outside(path):",
+                "            if reason := planner.things.in_the_way(path, cover):",
             ),
         ),
         "the look before a block is sent holds a jog, too",

@@ -6,7 +6,7 @@ from robot_agent.agent.planning.planner import ZONE_MARGIN_M, Planner
 from robot_agent.agent.space.shared_space import SharedSpace
 from robot_agent.agent.zones.zone_claims import ZoneClaims
 from robot_agent.trajectory.sources import States
-from robot_agent.workspace import sweep
+from robot_agent.workspace import Cover, sweep
 
 _WANTED_S = 1.0
 """A zone stays asked for so long after samples have last been in front of it."""
@@ -40,15 +40,17 @@ class ZoneGuard:
         def clear(states: States) -> str:
             """The thing that states would touch, the space or the zone that is closed to them."""
             links = planner.model.links(states.q)
-            path = sweep(planner.model, planner.pose_world_base, states.q, links)
-            if reason := planner.things.in_the_way(path) or self._space.outside(path):
+            base, spaces = planner.pose_world_base, planner.spaces
+            path = sweep(planner.model, base, states.q, links)
+            watched = spaces.watched(path, base, planner.model.tcp_at(links[:, -1])) if spaces else path
+            cover = Cover.of_block(watched)
+            if reason := planner.things.in_the_way(path, cover) or self._space.outside(path):
                 return reason
-            if planner.spaces:
-                base, off = planner.pose_world_base, self._zones.spaces.off(self._now)
-                watched = planner.spaces.watched(path, base, planner.model.tcp_at(links[:, -1]))
-                if border := planner.spaces.in_the_way(watched, off):
+            if spaces:
+                off = self._zones.spaces.off(self._now)
+                if border := spaces.in_the_way(watched, off, cover):
                     return border
-                haste = planner.spaces.haste(base, states.q, states.qd, off)
+                haste = spaces.haste(base, states.q, states.qd, off)
                 if haste[1:].max(initial=0.0) > max(1.0, haste[0]):
                     return "the TCP at the speed of a slow space"
             crossed = self._zones.crossed(path, ZONE_MARGIN_M)
