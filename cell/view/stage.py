@@ -143,9 +143,8 @@ class MeshBody:
 
     def show(self, joints: Array | None, colour: Colour) -> bool:
         """Let the links stand as these joints have them; answers whether they do. Without joints they are hidden."""
-        known = joints is not None and len(joints) == self._meshes.joints
-        if joints is None or not known:
-            self._joints = self._hide()
+        if joints is None or len(joints) != self._meshes.joints:
+            self._hide()
             return False
         if colour != self._colour:
             self._colour = colour
@@ -159,11 +158,11 @@ class MeshBody:
                 link.visible = True
         return True
 
-    def _hide(self) -> bytes:
+    def _hide(self) -> None:
         if self._joints:
             for link in self._links:
                 link.visible = False
-        return b""
+        self._joints = b""
 
 
 @dataclass(slots=True)
