@@ -8,6 +8,7 @@ from. Nothing here knows of programs, zones, messages or the clock.
 
 from robot_agent.trajectory.errors import PlanError
 from robot_agent.trajectory.governor.governor import Governor, Hold, RateRequest
+from robot_agent.trajectory.governor.one_way import AT_HOLD_S
 from robot_agent.trajectory.governor.segment import PathState, Segment
 from robot_agent.trajectory.limits import Limits
 from robot_agent.trajectory.motion import Motion, block_lengths, tau_before
@@ -17,6 +18,7 @@ from robot_agent.trajectory.timing.continuation import Continuation
 from robot_agent.trajectory.timing.s_curve import SCurve, s_curve
 
 __all__ = [
+    "AT_HOLD_S",
     "Continuation",
     "Governor",
     "Hold",

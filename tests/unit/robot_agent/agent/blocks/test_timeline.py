@@ -9,6 +9,8 @@ from robot_agent.agent.blocks.motion_source import SentBlock
 from robot_agent.agent.blocks.sources import GovernedPath, Supply
 from robot_agent.agent.blocks.timeline import Timeline
 from robot_agent.agent.planning.planner import Planner
+from robot_agent.agent.planning.plans import Planned, PlanRequest
+from robot_agent.language import JointStep
 from robot_agent.workspace import PlacedRobot
 from tests.unit.agent_world import AgentWorld
 from tests.unit.six_axis_arm import arm
@@ -31,3 +33,22 @@ def test_blocks_are_remembered_for_as_long_as_a_robot_may_be_behind_them_whateve
         timeline.observe(replace(feedback, tick=number * between, block=number))
     now, lag = 99 * between, round(LAG_S / cycle_s)
     assert timeline.at(now - lag)[0].first_tick <= now - lag
+
+
+def test_a_robot_stands_whose_blocks_reach_the_same_hold_up_to_rounding() -> None:
+    """Where an answer takes two cycles every second block goes on from another one, and both wait at their own place.
+
+    A robot that never rests does not say what it waits for (seed 110016).
+    """
+    planner = Planner(PlacedRobot.at(arm()), 0.004)
+    supply, feedback = Supply(planner, nominal_s=0.1), AgentWorld("END")._feedback()
+    planned = planner.plan(PlanRequest(1, (JointStep(1, (0.5, 0.0, 0.0, 0.0, 0.5, 0.0), 0.1),), np.zeros(6), ()))
+    assert isinstance(planned, Planned)
+    source, waits_at = GovernedPath(supply, planned), 0.4
+    places = [supply.governor(planned.motion).rest(tau) for tau in (waits_at, float(np.nextafter(waits_at, 1.0)))]
+    timeline = Timeline(SentBlock(0, 0, source, planned, places[0]))
+    for number in range(1, 10):
+        timeline.sent(SentBlock(number, number + 2, source, planned, places[number % 2]))
+        timeline.observe(replace(feedback, tick=number, block=number - 1))
+    assert timeline.stands(9)
+    assert not timeline.stands(9, SentBlock(10, 12, source, planned, supply.governor(planned.motion).rest(0.401)))
