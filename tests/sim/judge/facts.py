@@ -140,8 +140,10 @@ class Told:
     """Stops that are in force for it, since when."""
     cleared: set[str] = field(default_factory=set)
     calls: list[tuple[float, Call]] = field(default_factory=list)
+    feedback: DriveFeedback | None = None
+    """The newest, of an agent."""
     feedback_at: float = -inf
-    """The newest feedback that says that this agent owns its robot."""
+    """When a newer one came last that says that this agent owns its robot; one that others overtook tells nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -346,13 +348,16 @@ class Facts:
                 prompt = message.boot == newest.boot and message.sequence > newest.sequence - _A_FEW
                 if prompt and message.referenced and name == f"robot/{message.robot}":
                     self._aware(message.robot)
+                if not self._newer(message.boot, message.sequence, told.feedback):
+                    return
+                told.feedback = message
                 block = self.newest_block.get(message.robot)
                 if block is None or block.at < told.since or message.owner not in self._ended(block.message):
                     told.feedback_at = self.now
             case _:
                 pass
 
-    def _newer(self, boot: str, sequence: int, than: ManagerState | None) -> bool:
+    def _newer(self, boot: str, sequence: int, than: ManagerState | DriveFeedback | None) -> bool:
         if than is None:
             return True
         return (self.rank(boot), sequence) > (self.rank(than.boot), than.sequence)

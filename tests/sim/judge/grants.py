@@ -19,6 +19,7 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
+from robot_agent.agent.mode import moves
 from tests.sim.judge.facts import Facts, Shown
 from tests.sim.judge.invariant import Handlers, Invariant
 
@@ -72,9 +73,15 @@ class NoBreach(Invariant):
 class EntersByFreshGrant(Invariant):
     """The published body, and so all that a robot is sent, comes into a zone only while the newest manager state that
     its agent was told names it holder, by the token that it says it holds; and that state answers a presence that was
-    sent less than the age limit ago. A robot that its drives brake may come anywhere."""
+    sent less than the age limit ago. A robot that its drives brake may come anywhere; one that brakes on its path stays
+    in what it touched when it began to, though its body, worked out anew each time, may touch less in between."""
 
     name = "enters by a fresh grant"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._touched: dict[str, set[str]] = {}
+        """The zones that a robot has touched since it began to brake."""
 
     @property
     def published(self) -> Handlers:
@@ -83,14 +90,18 @@ class EntersByFreshGrant(Invariant):
     def _presence(self, _: str, presence: Presence) -> None:
         robot, facts = presence.robot, self.facts
         before, feedback = facts.shown.get(robot), facts.feedback.get(robot)
+        since_braking = self._touched.pop(robot, set())
         if before is None or before.message.boot != presence.boot or feedback is None or not feedback.enabled:
             return
         if not before.message.body.known or not presence.body.known or facts.hindered(robot):
             return
         shown = facts.seen(presence)
-        for zone, box in facts.boxes.items():
-            if shown.touches(zone, box) and not before.touches(zone, box):
-                self._entered(robot, zone, presence)
+        brakes = presence.mode is not None and not moves(presence.mode) and presence.stop_time_s > 0.0
+        touched = since_braking if brakes else set[str]()
+        touched.update(zone for zone, box in facts.boxes.items() if before.touches(zone, box))
+        for zone in {zone for zone, box in facts.boxes.items() if shown.touches(zone, box)} - touched:
+            self._entered(robot, zone, presence)
+        self._touched[robot] = touched
 
     def _entered(self, robot: str, zone: str, presence: Presence) -> None:
         facts = self.facts
