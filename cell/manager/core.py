@@ -184,7 +184,8 @@ class ManagerCore:
         self._follow_assurances(now)
         for deadlock in self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now)):
             self._tell(Severity.WARNING, "meeting_deadlock", deadlock.text, deadlock.remedy)
-        for deadlock in self._deadlocks.look(self._zones, sights, self._cell_time(now), now):
+        kept_out = self._separation.waiting if self._separation is not None else {}
+        for deadlock in self._deadlocks.look(self._zones, sights, kept_out, self._cell_time(now), now):
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)

@@ -73,9 +73,10 @@ class Assurance:
 
 @dataclass(frozen=True, slots=True)
 class Deadlock:
-    """Robots that wait for each other: each needs now the zone at its place in `zones`, which the next one holds.
+    """Robots that wait for each other: each needs now a zone that the next one holds, or room in which that stands.
 
-    Without zones: each needs now the room in which the next one stands, or waits for it at a meeting.
+    `zones` are those of them that are zones, in this order. Without any of them: each needs room, or waits for the next
+    one at a meeting.
     """
 
     robots: Annotated[tuple[Name, ...], Few]

@@ -45,6 +45,8 @@ class Separation:
         self._at_rest: dict[str, bool] = {}
         self._refused: dict[str, tuple[Refusal, float]] = {}
         """Who is cleared nothing, why, and when it was told so last."""
+        self.waiting: dict[str, Refusal] = {}
+        """Who rests and is cleared nothing, and why."""
         margins = {frozenset(pair.robots): pair.margin_m for pair in settings.separation.pairs}
         nearness = Nearness(
             settings.separation.margin_m, margins, lambda robot: self._fixed.get(robot, frozenset()), self._link
@@ -100,8 +102,8 @@ class Separation:
             self._turn.answered(clearance, cell_time)
         lasting = {robot: each for robot, each in self._refused.items() if cell_time - each[1] <= _ASKS_S}
         self._refused = lasting
-        waiting = {robot: refusal for robot, (refusal, _) in lasting.items() if self._at_rest.get(robot)}
-        standoffs = self._standoffs.look(waiting, cell_time)
+        self.waiting = {robot: refusal for robot, (refusal, _) in lasting.items() if self._at_rest.get(robot)}
+        standoffs = self._standoffs.look(self.waiting, cell_time)
         return clearances, [SpaceNews(Severity.WARNING, "space_standoff", each.text, each.remedy) for each in standoffs]
 
     def _dated(self, clearance: Clearance, cell_time: float) -> Clearance:

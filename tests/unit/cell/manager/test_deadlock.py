@@ -2,7 +2,9 @@
 
 from dataclasses import replace
 
-from cell.messages import Deadlock, Event, Presence, Token
+from cell.manager.deadlock import DeadlockWatch
+from cell.manager.zones import Sight, Zone
+from cell.messages import Deadlock, Event, Presence, Refusal, Token, ZoneState
 from tests.unit.manager_world import Robot, World, settings
 
 ROBOTS = ("a", "b", "c")
@@ -98,3 +100,24 @@ def test_it_is_over_when_one_gives_its_zone_up() -> None:
     made.robots["a"].has, made.robots["a"].needs = "", ""  # type: ignore[attr-defined]
     made.run(1.5)
     assert present(made) == ()
+
+
+def test_who_holds_a_zone_and_is_kept_out_of_the_room_of_one_that_needs_it_is_told_the_way_back_out() -> None:
+    zone = Zone("z1", ("a", "b"), (), 1)
+    zone.state, zone.holder, zone.token, zone.queue = ZoneState.OCCUPIED, "a", Token(1, 1), ["b"]
+    waits = Sight("b-1", True, True, False, False, None, True, 1, "", needed_in_s=0.0)
+    kept_out = {"a": Refusal("b", "a would come within 20 mm of where b may be")}
+    watch = DeadlockWatch()
+    assert watch.look({"z1": zone}, {"z1": {"b": waits}}, kept_out, 0.0, 0.0) == []
+    [deadlock] = watch.look({"z1": zone}, {"z1": {"b": waits}}, kept_out, 1.0, 1.0)
+    assert (deadlock.robots, deadlock.zones) == (("a", "b"), ("z1",))
+    assert deadlock.text == "a would come within 20 mm of where b may be; b waits for zone z1 held by a"
+    assert "`cell override a -100` until it is out of z1, then `cell halt a`" in deadlock.remedy
+    assert "b goes on by itself" in deadlock.remedy
+
+
+def test_robots_that_want_nothing_but_room_are_left_to_the_watch_of_stand_offs() -> None:
+    kept_out = {"a": Refusal("b", "a is in the way"), "b": Refusal("a", "b is in the way")}
+    watch = DeadlockWatch()
+    for now in (0.0, 1.0, 2.0):
+        assert watch.look({}, {}, kept_out, now, now) == []
