@@ -18,6 +18,7 @@ import numpy as np
 
 from cell.commands.checks import CellBundle, check_cell
 from cell.geometry import capsule_distance, transform_points
+from cell.geometry.arrays import Array, Flags
 from robot_agent.agent.planning.dry_run import dry_run
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.language import Names, parse_program
@@ -104,10 +105,11 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
     bundle, _ = check_cell(folder / "cell.yaml")
     if bundle is None:
         return None
-    longest_s = _contention(bundle)
-    if longest_s is None:
+    worth = _contention(bundle)
+    if worth is None:
         return None
-    if margin_mm is not None and _apart_at_home_m(bundle) >= (margin_mm + _ROOM_MM) / 1000.0:
+    longest_s, paths = worth
+    if margin_mm is not None and _rests_apart_m(paths) >= (margin_mm + _ROOM_MM) / 1000.0:
         bundle = _kept_apart(folder / "cell.yaml", text, margin_mm)
     families = tuple(robot.family for robot in robots)
     return GeneratedCell(number, bundle, families, tuple(cycles.values()), longest_s)
@@ -284,10 +286,21 @@ def _drives(rng: random.Random, name: str, robots: Sequence[_Robot], cycle_s: fl
 # What it is worth
 
 
-def _contention(bundle: CellBundle) -> float | None:
-    """How long the longest program lasts [s]; None unless two robots ask for one zone at overlapping times."""
+@dataclass(frozen=True, slots=True)
+class _Path:
+    """Where the body of a robot is along its program."""
+
+    points: Array
+    """`(m, c, 2, 3)` [m]."""
+    radii: Array
+    moves: Flags
+    """`(c,)` whether the capsule is not of the base."""
+
+
+def _contention(bundle: CellBundle) -> tuple[float, list[_Path]] | None:
+    """How long the longest program lasts [s], and the paths; None unless two ask for one zone at overlapping times."""
     asked: dict[str, list[tuple[str, float, float]]] = {zone: [] for zone in bundle.cell.zones}
-    longest_s = 0.0
+    longest_s, paths = 0.0, list[_Path]()
     for robot, settings in bundle.cell.robots.items():
         model = bundle.robots[robot].model
         text = settings.program.read_text()
@@ -302,6 +315,7 @@ def _contention(bundle: CellBundle) -> float | None:
             return None
         q = np.concatenate([planned.motion.q(np.arange(0.0, planned.motion.duration_s, 0.04)) for planned in motions])
         points = transform_points(planner.pose_world_base, model.capsules(q))
+        paths.append(_Path(points, model.capsule_radii, np.array([each.link != 0 for each in model.body])))
         for zone in bundle.cell.zones.values():
             tcp = (planner.pose_world_base @ model.forward(q))[..., :3, 3]
             inside = Volume.at(zone).touched(points, model.capsule_radii, tcp)
@@ -320,7 +334,7 @@ def _contention(bundle: CellBundle) -> float | None:
         for one in visits
         for other in visits
     )
-    return longest_s if meets else None
+    return (longest_s, paths) if meets else None
 
 
 def _margin_mm(number: int) -> float | None:
@@ -337,15 +351,14 @@ def _kept_apart(file: Path, text: str, margin_mm: float) -> CellBundle:
     return bundle
 
 
-def _apart_at_home_m(bundle: CellBundle) -> float:
-    """The least distance of two robots at home, where one of the two links moves [m]."""
-    bodies = []
-    for name, robot in bundle.robots.items():
-        base = Planner(robot, bundle.gateways[bundle.cell.robots[name].gateway].cycle_s).pose_world_base
-        points = transform_points(base, robot.model.capsules(robot.model.home[None]))[0]
-        bodies.append((points, robot.model.capsule_radii, np.array([each.link != 0 for each in robot.model.body])))
+def _rests_apart_m(paths: Sequence[_Path]) -> float:
+    """The least distance of a robot before or after its program from another one on its way, of links that move [m].
+
+    A robot that rests in the way of another one lets that one never come to its end.
+    """
     least = math.inf
-    for (one, radii, moves), (other, other_radii, other_moves) in itertools.combinations(bodies, 2):
-        away = capsule_distance(one[:, None], radii[:, None], other[None], other_radii[None])
-        least = min(least, float(away[moves[:, None] | other_moves[None]].min()))
+    for one, other in itertools.permutations(paths, 2):
+        rests = one.points[[0, -1]][:, None, :, None]
+        away = capsule_distance(rests, one.radii[:, None], other.points[None, :, None], other.radii)
+        least = min(least, float(away[..., one.moves[:, None] | other.moves].min()))
     return least

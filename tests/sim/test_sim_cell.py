@@ -6,6 +6,7 @@ A seed that fails is run again, and made small, with: python -m tests.sim.search
 
 import pytest
 
+from tests.sim.cells import generated_cell
 from tests.sim.coverage import event_codes, must_be_seen
 from tests.sim.run import Outcome, run_seed
 from tests.sim.search import replay_command
@@ -34,6 +35,13 @@ def test_the_same_seed_gives_the_same_run() -> None:
     assert first.coverage.events == second.coverage.events
     assert first.duration_s == second.duration_s
     assert first.coverage.counts == second.coverage.counts
+
+
+def test_robots_that_rest_in_each_others_way_are_not_kept_apart() -> None:
+    """The arm of this cell passes 78 mm beside where another robot has ended its program; with 60 mm between their
+    covers it would wait for ever (seed 110220)."""
+    assert generated_cell(27555).bundle.cell.separation is None
+    assert generated_cell(27500).bundle.cell.separation is not None
 
 
 def test_what_must_be_seen_is_found_in_the_sources() -> None:
