@@ -226,8 +226,8 @@ SPACE = (
         (
             Edit(
                 "robot_agent/agent/blocks/executive.py",
-                "        spans = self.timeline.spans(tick, candidate)\n        return Passed(",
-                "        spans = self.timeline.spans(feedback.tick, candidate)\n        return Passed(",
+                "        spans = self.timeline.spans(tick, candidate)\n        pieces = ",
+                "        spans = self.timeline.spans(feedback.tick, candidate)\n        pieces = ",
             ),
         ),
     ),

@@ -13,7 +13,7 @@ from robot_agent.agent.blocks.motion_source import Join, SentBlock, Wishes
 from robot_agent.agent.blocks.sources import GovernedPath, Supply
 from robot_agent.agent.blocks.timeline import Timeline
 from robot_agent.agent.drives.axes import samples_in_axes, torques_in_axes
-from robot_agent.agent.planning.passed import Passed, Span
+from robot_agent.agent.planning.passed import Passed, Piece, Span
 from robot_agent.agent.planning.planner import Planner
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.dynamics import AxisTorques
@@ -47,7 +47,7 @@ class Executive:
         self.supply = Supply(planner, times.nominal_s)
         self._standing: tuple[Span, Sweep] | None = None
         """Where it stood last, and its body there."""
-        self._told: tuple[list[tuple[Sweep, int, int]], float, Body] | None = None
+        self._told: tuple[list[Piece], float, Body] | None = None
         """The newest body, of which pieces of motions, and how much it is widened: one that stands has the same."""
         self._rested: tuple[NDArray[np.float64], float] | None = None
         """Joints commanded and measured `(2, n)` of one that stood last, and how far its bodies are apart there [m]."""
@@ -128,17 +128,20 @@ class Executive:
         measured = self._measured(feedback)
         if measured is None:
             unknown = unknown_body(self._planner.model, self._planner.pose_world_base)
-            return Passed(unknown, [], 0.0, self._left_tick)
+            return Passed(unknown, [], [], 0.0, self._left_tick)
         tick, widen_m = measured
         spans = self.timeline.spans(tick, candidate)
-        return Passed(self._body(spans, widen_m), spans, widen_m, tick)
+        pieces = [self._piece(span) for span in spans]
+        return Passed(self._body(pieces, widen_m), spans, pieces, widen_m, tick)
 
     def leave(self, passed: Passed) -> None:
         """Whatever it may not pass by this lies behind it, and is searched no more: it has been told and given back."""
         self._left_tick = passed.from_tick
 
-    def _body(self, spans: list[Span], widen_m: float) -> Body:
-        pieces = [(self._stood(span), 0, 0) if span.stands else (span.planned.sweep, *span.samples) for span in spans]
+    def _piece(self, span: Span) -> Piece:
+        return (self._stood(span), 0, 0) if span.stands else (span.planned.sweep, *span.samples)
+
+    def _body(self, pieces: list[Piece], widen_m: float) -> Body:
         if self._told is None or self._told[:2] != (pieces, widen_m):
             body = body_message(self._planner.model, self._planner.pose_world_base, pieces, widen_m)
             self._told = pieces, widen_m, body

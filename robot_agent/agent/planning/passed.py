@@ -7,6 +7,10 @@ import numpy as np
 from cell.messages import Body
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.trajectory import AT_HOLD_S
+from robot_agent.workspace import Sweep
+
+Piece = tuple[Sweep, int, int]
+"""Of a swept body: from its first sample to its last, inclusive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +45,8 @@ class Passed:
     body: Body
     """The whole reach when nobody knows where the robot is: it is not referenced, or its joints cannot be so."""
     spans: list[Span]
+    pieces: list[Piece]
+    """Of each span the body over it: exactly where the robot stands, else from sample to sample around it."""
     widen_m: float
     """How far it is measured from where it is commanded."""
     from_tick: int

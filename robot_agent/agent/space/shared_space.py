@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cell.messages import Body, Clearance, ManagerState, Sections, Way
-from robot_agent.agent.planning.passed import Passed, Span
+from robot_agent.agent.planning.passed import Passed, Piece, Span
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.space.outlook import Outlook
 from robot_agent.agent.space.owned_space import OwnedSpace
@@ -132,8 +132,8 @@ class SharedSpace:
         if passed.widen_m > FOLLOWING_M:
             return self._beside(passed.body)
         some = Sections()
-        for span in passed.spans:
-            more = self._passed(span)
+        for span, piece in zip(passed.spans, passed.pieces, strict=True):
+            more = self._passed(span, piece)
             if more is None:
                 return _united(some, sections_of(passed.body))
             some = _united(some, more)
@@ -143,8 +143,12 @@ class SharedSpace:
         """Whether what a robot may pass anyway contains these sections."""
         return set(self.used(passed).ids.tolist()).issuperset(sections.ids.tolist())
 
-    def _passed(self, span: Span) -> Sections | None:
-        """The sections that a span lies in; None where it lies in none."""
+    def _passed(self, span: Span, piece: Piece) -> Sections | None:
+        """The sections that a span lies in; None where it lies in none.
+
+        Where the robot stands it stays in what it owns, as at the end of a way back: a section of the path that it has
+        come to may be cleared for another robot by now, in part.
+        """
         motion = span.planned.sections
         if motion is not None and span.stands:
             near = motion.sections[_around(motion, span.last_tau)]
@@ -152,8 +156,8 @@ class SharedSpace:
             if mine.any():
                 return near[np.flatnonzero(mine)[:1]]
         if motion is None or span.stands:
-            first, last = span.samples
-            path = span.planned.sweep.part(first, last)
+            whole, first, last = piece
+            path = whole.part(first, last)
             inside, which = _covering(path.points, path.radii, self._mine_said)
             if inside.all():
                 return self._mine_said[which]

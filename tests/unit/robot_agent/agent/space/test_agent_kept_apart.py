@@ -1,13 +1,26 @@
 """One agent whose manager clears room, or does not."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from cell.config.settings import SeparationSettings
-from cell.messages import Continue, Enable, Halt, Mode, Presence, ProgramState, Run, SetOverride, SetPart
+from cell.messages import (
+    Continue,
+    Enable,
+    Halt,
+    Mode,
+    Presence,
+    ProgramState,
+    ResetRobot,
+    Return,
+    Run,
+    SetOverride,
+    SetPart,
+)
 from robot_agent.kinematics import Model, load_model
 from robot_agent.workspace import FOLLOWING_M
 from tests.unit.agent_runs import at_rest, until
@@ -18,6 +31,8 @@ from tests.unit.robot_agent.agent.program.test_attached_parts import BARE, PICK
 
 KEPT_APART = SeparationSettings(0.03)
 THERE_AND_BACK = "MJ J1=25 F=100\nMJ J1=-25 F=100\nEND"
+FAST = "MJ J1=120 J2=40 J3=-40 F=100\nEND"
+"""Up to 20 mm from one sample of what is planned to the next one."""
 DELTA = load_model(ROOT / "cell_configs" / "models" / "delta.yaml")
 UP_AND_DOWN = "MJ J1=10 J2=10 J3=10\nML Z=-750 F=2000\n" + "ML Z=-620\nML Z=-730\nML Z=-610\nML Z=-710\n" * 2 + "END"
 """So fast that a robot 20 cycles behind is on the way there while it is commanded to places far on the way back."""
@@ -153,6 +168,24 @@ def test_a_halted_robot_gives_up_what_it_does_not_use() -> None:
     until(world, lambda: world.state.mode is Mode.HALTED and at_rest(world))
     assert _owned(world.presences[-1]) == _used(world.presences[-1])
     assert len(world.presences[-1].way.sections) == world.presences[-1].way.owned, "and asks for nothing"
+    world.call(Continue())
+    until(world, lambda: world.state.program.state is ProgramState.DONE)
+
+
+def test_at_the_end_of_its_way_back_to_a_fast_path_a_robot_stays_in_what_was_cleared_for_it() -> None:
+    """It stands between two samples of its path, and a section of that may be another robot's by now (seed 110176)."""
+    world = _running(FAST)
+    world.run(0.8)
+    world.quick_stop(np.full(world.commanded.shape, 0.15))
+    until(world, lambda: world.state.mode is Mode.FAULT)
+    for order, then in ((ResetRobot(), Mode.DISABLED), (Enable(), Mode.OFF_PATH), (Return(), Mode.RETURNING)):
+        world.call(order)
+        until(world, lambda then=then: world.state.mode is then)
+    before = len(world.presences)
+    until(world, lambda: world.state.mode is Mode.HALTED)
+    world.run(0.2)
+    for said, after in pairwise(world.presences[before:]):
+        assert _owned(after) <= set(said.way.sections.ids.tolist()), "asked before"
     world.call(Continue())
     until(world, lambda: world.state.program.state is ProgramState.DONE)
 

@@ -44,7 +44,8 @@ def _answer(space: SharedSpace, presence: int, number: int, cleared: int, why: s
 
 def _passed(first_tau: float, last_tau: float, planned: Planned = PLANNED, widen_m: float = 0.0) -> Passed:
     span = Span(planned, first_tau, last_tau)
-    return Passed(body_message(ARM, BASE, [(planned.sweep, *span.samples)], widen_m), [span], widen_m, 0)
+    pieces = [(planned.sweep, *span.samples)]
+    return Passed(body_message(ARM, BASE, pieces, widen_m), [span], pieces, widen_m, 0)
 
 
 def test_a_motion_is_held_where_its_space_is_not_cleared_and_not_behind() -> None:
