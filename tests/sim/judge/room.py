@@ -11,7 +11,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cell.geometry import Box, capsule_distance
-from cell.messages import Clearance, DriveFeedback, Mode, PlayoutState, Presence, RobotState, Sections, SetpointBlock
+from cell.messages import (
+    Clearance,
+    DriveFeedback,
+    ManagerState,
+    Mode,
+    PlayoutState,
+    Presence,
+    RobotState,
+    Sections,
+    SetpointBlock,
+)
 from tests.sim.judge.facts import Facts, Floats, Sample
 from tests.sim.judge.invariant import Handlers, Invariant
 
@@ -266,7 +276,8 @@ class OwnedIsCleared(Invariant):
 
 class OwnedKeptApart(Invariant):
     """What two robots own by their newest presences is never nearer than their margin, but where one owns by force what
-    the manager had not heard of when it cleared the other's; then until they have parted."""
+    the manager had not heard of when it cleared the other's; then until they have parted. When an operator says in
+    which box a robot stays whose agent does not run, that takes the place of what the robot owned."""
 
     name = "owned space is kept apart"
 
@@ -282,14 +293,22 @@ class OwnedKeptApart(Invariant):
         """By two robots and a section of each, how far these are apart [m], where that is less than the margin."""
         self._tangled: set[Pair] = set()
         """Robots too near to each other by force."""
+        self._assured: set[str] = set()
 
     @property
     def published(self) -> Handlers:
-        return {} if self.facts.cell.separation is None else {Presence: self._said, Clearance: self._answered}
+        if self.facts.cell.separation is None:
+            return {}
+        return {Presence: self._said, Clearance: self._answered, ManagerState: self._keeps}
 
     @property
     def delivered(self) -> Handlers:
         return {} if self.facts.cell.separation is None else {Presence: self._heard}
+
+    def _keeps(self, _: str, state: ManagerState) -> None:
+        for robot in state.assured.keys() - self._assured:
+            self._owned[robot] = Sections()
+        self._assured = set(state.assured)
 
     def _answered(self, _: str, clearance: Clearance) -> None:
         asked = self._asked.get((clearance.robot, clearance.owner, clearance.presence), [])
