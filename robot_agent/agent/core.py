@@ -334,7 +334,8 @@ class AgentCore:
                 return
             self.executive = Executive(planner, standing, feedback, self._cell.times, self._numbers, self._torques)
         switched_off = self.link.switching_off or self.operator.switched_off
-        if self.mode in (Mode.DISABLED, Mode.ENABLING) or (self.mode is Mode.READY and not switched_off):
+        strays = self.mode is Mode.HALTED and self.interruption.strays(feedback, planner)
+        if self.mode in (Mode.DISABLED, Mode.ENABLING) or (self.mode is Mode.READY and not switched_off) or strays:
             event = self.interruption.leave_there(feedback, planner)
             self._happens(event)
             if event is ModeEvent.BESIDE_PATH:

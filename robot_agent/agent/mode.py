@@ -52,7 +52,7 @@ _RULES: tuple[tuple[ModeEvent, tuple[Mode, ...], Mode], ...] = (
     (ModeEvent.DISABLED, (*_WITH_TORQUE, Mode.ENABLING), Mode.DISABLED),
     (ModeEvent.FREE, _LEFT_ALONE, Mode.READY),
     (ModeEvent.ON_PATH, _LEFT_ALONE, Mode.HALTED),
-    (ModeEvent.BESIDE_PATH, _LEFT_ALONE, Mode.OFF_PATH),
+    (ModeEvent.BESIDE_PATH, (*_LEFT_ALONE, Mode.HALTED), Mode.OFF_PATH),
     (ModeEvent.FORGOTTEN, (Mode.HALTED, Mode.OFF_PATH, Mode.RETURNING), Mode.READY),
     (ModeEvent.RUN, _STANDING, Mode.RUNNING),
     (ModeEvent.PROGRAM_ENDED, (Mode.RUNNING,), Mode.READY),

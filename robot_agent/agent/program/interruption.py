@@ -124,6 +124,14 @@ class Interruption:
         self._run.error = f"{there}, `cell run {self._robot}` starts anew"
         return ModeEvent.ON_PATH if gap.on_path else ModeEvent.BESIDE_PATH
 
+    def strays(self, feedback: DriveFeedback, planner: Planner) -> bool:
+        """Whether a robot that was on its path when it was left is beside it by now.
+
+        Its axes have settled, it was pushed, or its window was made smaller.
+        """
+        gap = self.gap(feedback, planner)
+        return gap is not None and not gap.on_path
+
     def gap(self, feedback: DriveFeedback, planner: Planner) -> Gap | None:
         """How far the robot is from its path, as it is measured; None without an interrupted program."""
         if not self._run.interrupted or self._stretch is None:

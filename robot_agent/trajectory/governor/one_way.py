@@ -23,7 +23,7 @@ _SHARES = (1.0, 0.85, 0.65, 0.45, 0.25, 0.1)
 _RAMPS_OF_FIRST, _RAMPS = _SHARES[:3], _SHARES[:2]
 """Tried after the first way to a rate and after each gentler one: where these are too hard, so are gentler ones."""
 _SLOWER = (1.0, 0.5, 0.25, 0.1)
-"""Of the goal, where the plan rests and the rate may jump: a bound near ahead may only be reached at a lower one."""
+"""Of the goal, from a standstill: a bound near ahead may only be reached at a lower one."""
 _ATTEMPTS = 8
 _NEAR_S = 1e-3
 _VERY_NEAR = 3e-3
@@ -71,7 +71,8 @@ class OneWay:
             return join.remainder("")
         if goal.bound - state.tau > AT_HOLD_S:
             goal = self._capped(join.cap, goal, state)
-            for slower in _SLOWER if state.tau in self.travel.rests else _SLOWER[:1]:
+            stands = state.tau in self.travel.rests or (state.rate == 0.0 and state.rate_dot == 0.0)
+            for slower in _SLOWER if stands else _SLOWER[:1]:
                 moved = self._moved(join, replace(goal, rate=slower * goal.rate))
                 if moved is not None:
                     return moved

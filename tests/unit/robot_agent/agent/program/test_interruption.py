@@ -182,6 +182,21 @@ def test_a_robot_that_was_pushed_away_is_off_its_path_until_it_has_returned() ->
     robot.wait(robot.ended)
 
 
+def test_a_halted_robot_whose_axes_settle_beside_its_path_says_so_and_is_brought_back() -> None:
+    robot = in_mid_line()
+    robot.order(Halt())
+    robot.world.run(1.0)
+    robot.order(Jog("j1", "J1", 0.1, JogFrame.BASE, step=0.9 * WINDOW))
+    robot.until(Mode.HALTED)
+    robot.world.measured = robot.world.commanded + np.array([1.01 * WINDOW, 0.0, 0.0, 0.0, 0.0, 0.0])
+    robot.until(Mode.OFF_PATH, seconds=0.1)
+    assert "`cell return left`" in robot.world.state.program.error
+    assert [event.code for event in robot.world.events].count("off_path") == 1
+    robot.world.measured = None
+    robot.order(Return())
+    robot.until(Mode.HALTED)
+
+
 def test_the_way_back_is_slow() -> None:
     robot = stopped(2.0 * FAR)
     stood = len(robot.played)

@@ -356,3 +356,15 @@ def test_what_begins_just_beside_a_rest_of_the_plan_begins_with_what_was_command
         segment = governor.next(governor.rest(inner + beside), 0, [], [])
         assert segment.stop_tau > inner + beside
         assert np.abs(segment.qd[0]).max() <= 1e-5, beside
+
+
+@pytest.mark.parametrize("cycle_s", [0.004, 0.01, 0.02])
+def test_who_stands_just_beside_a_rest_of_the_plan_moves_whatever_hold_lies_ahead(cycle_s: float) -> None:
+    sweep = START + np.radians([30.0, -10.0, 15.0, 0.0, 10.0, 0.0])
+    motion = plan(ARM, Sequence([JointMove(sweep, 1.0, 1), JointMove(START, 1.0, 2)]), LIMITS, START, cycle_s)
+    governor, (_, inner, _) = Governor(motion, LIMITS, cycle_s, 0.12), motion.rests
+    for beside in (1e-4, 5e-4, 1.7e-3, 3e-3, 6e-3):
+        for ahead in np.arange(0.01, 0.3, 0.0103):
+            tau = inner + beside
+            segment = governor.next(governor.rest(tau), 0, [], [Hold(tau + ahead, "room")])
+            assert tau < segment.stop_tau <= tau + ahead, (beside, ahead)
