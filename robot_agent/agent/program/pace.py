@@ -89,6 +89,10 @@ class Pace:
             return known
         return [*known, end.hold() if end.planned is planned else Hold(0.0, _STEP)]
 
+    def forgotten(self, planned: Planned, tau: float) -> str:
+        """Why a robot goes back no farther from `tau` [s] of a motion; empty where what lies behind is known."""
+        return _FORGOTTEN if planned.first_tau > 0.0 and tau <= planned.first_tau + _AT_END_S else ""
+
     def _next_end(self, planned: Planned, segment: Segment, index: int) -> _StepEnd | None:
         """The next border of two blocks that braking still allows for; None where only another motion has one."""
         borders = np.concatenate([[planned.first_tau], planned.motion.ends])

@@ -239,16 +239,23 @@ class Running(Standing):
         return Cause(hold.who, zone)
 
     def _held_back_backwards(self, newest: SentBlock, now: float) -> Cause:
-        """Who holds it on its way back, in a motion or at the beginning of one."""
+        """Who holds it on its way back, in a motion or at the beginning of one, by what is known now."""
         if not self.zones.fresh(now):
             return Cause(self.zones.silence)
-        before = self.run.before(newest.path) if newest.at_motion_begin else None
-        if before is None:
-            who = self.pace.requests[0].who
-            return Cause(newest.segment.ruled_by or f"{who}: at the beginning of what is kept of its path")
-        ends = before.motion.duration_s
-        closed = [(zone, hold) for zone, hold in self._closed(before, ends, now) if hold.tau < ends <= hold.until]
-        return Cause(closed[0][1].who, closed[0][0]) if closed else Cause("")
+        motion, tau = newest.path, newest.path_segment.stop_tau
+        asked = (each.who for each in self._requests(now) if each.rate == 0.0)
+        if why := next(asked, "") or self.pace.forgotten(motion, tau):
+            return Cause(why)
+        if newest.at_motion_begin:
+            before = self.run.before(motion)
+            if before is None:
+                return Cause(f"{self.pace.requests[0].who}: at the beginning of what is kept of its path")
+            motion, tau = before, before.motion.duration_s
+        blocking = [held for held in self._closed(motion, tau, now) if held[1].tau < tau]
+        if not blocking:
+            return Cause("")
+        zone, hold = max(blocking, key=lambda held: held[1].until)
+        return Cause(hold.who, zone)
 
     @property
     def _unheard(self) -> Cause:

@@ -2,7 +2,18 @@
 
 import numpy as np
 
-from cell.messages import Continue, Halt, Mode, Run, SetManual, SetOverride, Step
+from cell.messages import (
+    Continue,
+    Halt,
+    Mode,
+    Run,
+    SetManual,
+    SetOverride,
+    Step,
+    Token,
+    ZoneState,
+    ZoneStatus,
+)
 from tests.unit.agent_runs import INTO_ZONE, SHORT, enabled, ended, running, until
 from tests.unit.agent_world import CYCLE_S, AgentWorld
 
@@ -61,6 +72,23 @@ def test_backwards_it_does_not_enter_a_zone_that_it_has_given_up() -> None:
     assert np.abs(world.commanded - held_back).max() < 1e-3
     assert np.any(np.diff(world.played[before:], axis=0))
     assert "zone handover" in world.state.waiting_for
+
+
+def test_backwards_it_names_the_holder_of_a_zone_by_what_the_manager_says_now() -> None:
+    world = running(INTO_ZONE)
+    world.grant()
+    until(world, lambda: world.presences[-1].holds != {})
+    until(world, lambda: world.presences[-1].holds == {} and tau(world) > 0.0)
+    world.granting = False
+    world.zone = ZoneStatus(ZoneState.OCCUPIED, "right", Token(5, 90), (), 1, 0.0)
+    say(world, SetOverride(-100.0))
+    until(world, lambda: world.state.waiting_for.startswith("zone handover: held by right"))
+    waited_s = world.state.waited_s["handover"]
+    world.run(1.0)
+    assert world.state.waited_s["handover"] > waited_s + 0.9
+    world.zone = ZoneStatus(ZoneState.FREE, None, None, (), 1, world.now)
+    world.step()
+    assert "held by right" not in world.state.waiting_for
 
 
 def test_a_program_does_not_begin_backwards() -> None:
