@@ -13,8 +13,14 @@ class _Two:
     """Two robots that say whom they wait for, and what they are ordered."""
 
     def __init__(self, **waiting_for: str) -> None:
-        self.facts = SimpleNamespace(robots=tuple(waiting_for), now=0.0, moving=lambda robot: robot in self.moves)
+        self.facts = SimpleNamespace(
+            robots=tuple(waiting_for),
+            now=0.0,
+            moving=lambda robot: robot in self.moves,
+            inside_now=lambda robot: self.inside.get(robot, frozenset()),
+        )
         self.moves: set[str] = set()
+        self.inside: dict[str, frozenset[str]] = {}
         self.mode = dict.fromkeys(waiting_for, Mode.RUNNING)
         self.waiting_for = waiting_for
         self.ordered: list[tuple[str, object]] = []
@@ -58,6 +64,17 @@ def test_one_that_returns_to_its_path_is_not_let_back_but_the_other_one_is() -> 
     two = _Two(r0="zone middle: held by r1 since 2 s", r1="r1's hand would come into where r0's hand may be")
     two.mode["r0"] = Mode.RETURNING
     assert set(two.lasts(4.0)) == {("r1", SetOverride(-50.0))}
+
+
+def test_one_that_is_out_of_the_zone_that_the_other_one_waits_for_goes_back_no_farther() -> None:
+    """What is kept of its path may begin in the zone again (seed 110646)."""
+    two = _Two(r0="zone middle: held by r1 since 2 s", r1="r1's hand would come into where r0's hand may be")
+    two.mode["r0"], two.inside = Mode.RETURNING, {"r1": frozenset({"middle"})}
+    assert set(two.lasts(4.0)) == {("r1", SetOverride(-50.0))}
+    two.moves = {"r1"}
+    assert set(two.lasts(1.0)) == {("r1", SetOverride(-50.0))}
+    two.inside = {}
+    assert set(two.lasts(1.0)) == {("r1", Halt())}
 
 
 def test_who_waits_for_one_that_moves_or_has_ended_is_left_alone() -> None:
