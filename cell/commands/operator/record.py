@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cell.recording.writer import Recording
 
 TAKE_S = 0.05
-FLUSH_S = 0.5
+FLUSH_S = 0.25
 """What is younger may be lost when the recorder is killed; with what is on its way that is less than a second."""
 FIRST_S = 3.0
 """A cell that runs is heard by then."""
