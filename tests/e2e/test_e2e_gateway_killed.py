@@ -78,13 +78,17 @@ def test_its_drives_stop_by_themselves_and_the_robot_comes_back_by_an_operators_
         assert process.wait(20.0) == 0, process.output
 
 
-def test_a_cell_with_a_dead_gateway_still_ends_in_order(live: LiveCell) -> None:
+def test_a_run_until_done_ends_in_order_when_a_gateway_and_an_agent_die(live: LiveCell) -> None:
     up = live.up("--until-done")
     up.wait_for_output("all robots enabled", 60.0)
     with live.client() as session:
         states = Recorder(session, "robot/left/state")
         states.wait_for(RobotState, lambda state: (state.tcp_speed_m_s or 0.0) > 0.3, 30.0, "left moves")
-        live.kill(live.pid_of("drive_gateway", "left_bus"))
+        gateway, agent = live.pid_of("drive_gateway", "left_bus"), live.pid_of("robot_agent", "right")
+        live.kill(gateway)
+        live.kill(agent)
     assert up.wait(40.0) == 1
     assert "gateway left_bus was killed by signal 9" in up.output
+    assert "robot right was killed by signal 9" in up.output
+    assert "start it again with: " in up.output
     assert "did not end within" not in up.output

@@ -52,11 +52,9 @@ def linked(tmp_path: Path) -> Iterator[Linked]:
         yield Linked(live, to_manager, to_gateway, observer, left)
 
 
-def run_until_left_is_inside(linked: Linked) -> None:
-    live = linked.live
-    with live.client() as session:
+def until_left_is_inside(linked: Linked) -> None:
+    with linked.live.client() as session:
         robots = Recorder(session, "robot/left/state")
-        live.obeyed("run", "left")
         robots.wait_for(
             RobotState, lambda s: "handover" in s.zones and (s.tcp_speed_m_s or 0.0) > 0.2, 60.0, "left in the zone"
         )
@@ -81,8 +79,28 @@ def finish(linked: Linked) -> None:
     assert linked.observer.counts["right in a zone"] > 0
 
 
-def test_an_agent_whose_presences_are_held_back_loses_the_zone_to_nobody_and_goes_on(linked: Linked) -> None:
-    run_until_left_is_inside(linked)
+def test_an_agent_whose_link_to_the_manager_is_late_and_then_held_back_loses_nothing_and_goes_on(
+    linked: Linked,
+) -> None:
+    linked.live.obeyed("run", "left")
+    _waits_in_front_of_the_zone_while_it_hears_its_manager_late(linked)
+    _loses_the_zone_to_nobody_while_its_presences_are_held_back(linked)
+    finish(linked)
+
+
+def _waits_in_front_of_the_zone_while_it_hears_its_manager_late(linked: Linked) -> None:
+    with linked.live.client_of("left_bus") as session:  # what is said through the delayed link comes late, if at all
+        robots = Recorder(session, "robot/left/state")
+        linked.to_manager.delay(TO_CALLER, 1.0)
+        robots.wait_for(
+            RobotState, lambda s: "manager is silent" in s.waiting_for, 20.0, "left, waiting for the manager"
+        )
+    assert "left in a zone" not in linked.observer.counts
+    linked.to_manager.mend()
+
+
+def _loses_the_zone_to_nobody_while_its_presences_are_held_back(linked: Linked) -> None:
+    until_left_is_inside(linked)
     with linked.live.client() as session:
         manager = Recorder(session, "manager/state")
         linked.to_manager.hold(TO_TARGET)
@@ -100,24 +118,11 @@ def test_an_agent_whose_presences_are_held_back_loses_the_zone_to_nobody_and_goe
             20.0,
             "the zone, granted again",
         )
-    finish(linked)
-
-
-def test_an_agent_that_hears_its_manager_late_moves_into_no_zone_and_goes_on_when_it_is_mended(linked: Linked) -> None:
-    linked.live.obeyed("run", "left")
-    with linked.live.client_of("left_bus") as session:  # what is said through the delayed link comes late, if at all
-        robots = Recorder(session, "robot/left/state")
-        linked.to_manager.delay(TO_CALLER, 1.0)
-        robots.wait_for(
-            RobotState, lambda s: "manager is silent" in s.waiting_for, 20.0, "left, waiting for the manager"
-        )
-    assert "left in a zone" not in linked.observer.counts
-    linked.to_manager.mend()
-    finish(linked)
 
 
 def test_an_agent_cut_off_from_its_gateway_leaves_its_robot_at_rest_on_the_path_and_goes_on(linked: Linked) -> None:
-    run_until_left_is_inside(linked)
+    linked.live.obeyed("run", "left")
+    until_left_is_inside(linked)
     linked.to_gateway.cut()
     with linked.live.client() as session:
         robots = Recorder(session, "robot/left/state")

@@ -1,5 +1,7 @@
 """Orders of an operator to a running cell, as commands."""
 
+import signal
+
 from live_cell import LiveCell, Recorder
 
 from cell.messages import Estop, Mode, RobotState
@@ -9,26 +11,44 @@ def moving(state: RobotState) -> bool:
     return (state.tcp_speed_m_s or 0.0) > 0.2
 
 
-def test_an_emergency_stop_needs_a_reset_and_an_operators_word(live: LiveCell) -> None:
+def test_a_halted_robot_goes_on_and_an_emergency_stop_needs_a_reset_and_an_operators_word(live: LiveCell) -> None:
     live.up("--run").wait_for_output("all robots enabled", 60.0)
     with live.client() as session:
         states = Recorder(session, "robot/left/state")
         states.wait_for(RobotState, moving, 30.0, "left moves")
-        stop = live.order("estop", "--reason", "trial")
-        assert stop.exit_code() == 0, stop.output
-        for who in ("robot left", "robot right", "gateway left_bus", "gateway right_bus"):
-            assert f"confirmed: {who}" in stop.output
-        assert live.order("run", "left").exit_code() == 1
-        reset = live.order("reset")
-        assert reset.exit_code() == 0, reset.output
-        assert ": trial\n" in reset.output
-        states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 10.0, "left disabled")
-        enable = live.order("enable", "left")
-        assert enable.exit_code() == 0, enable.output
-        states.wait_for(RobotState, lambda state: state.mode is Mode.HALTED, 10.0, "left on its path, at rest")
-        live.obeyed("continue", "left")
-        # The other robot stays switched off and may stand in the zone: how far left comes is not said.
-        states.wait_for(RobotState, lambda state: state.mode is Mode.RUNNING, 30.0, "left goes on")
+        _stays_on_its_path_and_goes_on(live, states)
+        _stands_until_the_operator_says_so(live, states)
+
+
+def _stays_on_its_path_and_goes_on(live: LiveCell, states: Recorder) -> None:
+    live.obeyed("halt", "left")
+    at_rest = states.wait_for(
+        RobotState, lambda state: state.mode is Mode.HALTED and not state.tcp_speed_m_s, 10.0, "left halted at rest"
+    )
+    live.obeyed("continue", "left")
+    states.wait_for(
+        RobotState,
+        lambda state: moving(state) and state.program.line >= at_rest.program.line,
+        30.0,
+        "left goes on from its line",
+    )
+
+
+def _stands_until_the_operator_says_so(live: LiveCell, states: Recorder) -> None:
+    stop = live.order("estop", "--reason", "trial")
+    assert stop.exit_code() == 0, stop.output
+    for who in ("robot left", "robot right", "gateway left_bus", "gateway right_bus"):
+        assert f"confirmed: {who}" in stop.output
+    assert live.order("run", "left").exit_code() == 1
+    reset = live.order("reset")
+    assert reset.exit_code() == 0, reset.output
+    assert ": trial\n" in reset.output
+    states.wait_for(RobotState, lambda state: state.mode is Mode.DISABLED, 10.0, "left disabled")
+    live.obeyed("enable", "left")
+    states.wait_for(RobotState, lambda state: state.mode is Mode.HALTED, 10.0, "left on its path, at rest")
+    live.obeyed("continue", "left")
+    # The other robot stays switched off and may stand in the zone: how far left comes is not said.
+    states.wait_for(RobotState, lambda state: state.mode is Mode.RUNNING, 30.0, "left goes on")
 
 
 def test_an_emergency_stop_reaches_everyone_without_a_manager(live: LiveCell) -> None:
@@ -44,29 +64,16 @@ def test_an_emergency_stop_reaches_everyone_without_a_manager(live: LiveCell) ->
     assert "never replaces a hard-wired emergency stop" in stop.output
 
 
-def test_a_halted_robot_stays_on_its_path_and_goes_on(live: LiveCell) -> None:
-    live.up("--run").wait_for_output("all robots enabled", 60.0)
-    with live.client() as session:
-        states = Recorder(session, "robot/left/state")
-        states.wait_for(RobotState, moving, 30.0, "left moves")
-        assert live.order("halt", "left").exit_code() == 0
-        at_rest = states.wait_for(
-            RobotState, lambda state: state.mode is Mode.HALTED and not state.tcp_speed_m_s, 10.0, "left halted at rest"
-        )
-        assert live.order("continue", "left").exit_code() == 0
-        states.wait_for(
-            RobotState,
-            lambda state: moving(state) and state.program.line >= at_rest.program.line,
-            30.0,
-            "left goes on from its line",
-        )
-
-
-def test_status_shows_everyone_and_names_who_is_silent(live: LiveCell) -> None:
-    live.up().wait_for_output("all robots enabled", 60.0)
+def test_who_died_is_named_by_the_status_and_when_the_cell_ends(live: LiveCell) -> None:
+    up = live.up()
+    up.wait_for_output("all robots enabled", 60.0)
     good = live.order("status")
     assert good.exit_code() == 0, good.output
     live.kill(live.pid_of("robot_agent", "right"))
+    up.wait_for_output("robot right was killed by signal 9", 10.0)
     bad = live.order("status")
     assert bad.exit_code() == 1
     assert "silent: robot right" in bad.output
+    up.signal(signal.SIGINT)
+    assert up.wait(40.0) == 1
+    assert "not in order, died or killed: robot right\n" in up.output

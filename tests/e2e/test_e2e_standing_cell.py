@@ -1,15 +1,23 @@
-"""One cell that is up and stands, and who comes to it: second processes for taken places, wrong names, a view."""
+"""One cell that is up and stands, and who comes to it: second processes, wrong names, old orders, a view."""
 
+import os
 import re
+import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from live_cell import LiveCell, Process, wait_until
+from live_cell import LiveCell, Process, Recorder, ask, echo, wait_until
+
+from cell.messages import Mode, RobotState, Run
 
 README = Path(__file__).parents[2] / "README.md"
+FROZEN_S = 0.3
+"""Longer than what counts as a freeze; with the pause of keep-alives before it shorter than the lease of a link."""
 
 pytestmark = pytest.mark.usefixtures("up")
 
@@ -22,11 +30,13 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveCell]:
 
 
 @pytest.fixture(scope="module")
-def up(live: LiveCell) -> Process:
-    """Its `cell up`."""
+def up(live: LiveCell) -> Iterator[Process]:
+    """Its `cell up`, which SIGTERM ends in order."""
     up = live.up()
     up.wait_for_output("all robots enabled", 60.0)
-    return up
+    yield up
+    up.signal(signal.SIGTERM)
+    assert up.wait(30.0) == 0, up.output
 
 
 def test_a_second_agent_on_this_host_is_told_who_runs(live: LiveCell) -> None:
@@ -82,3 +92,21 @@ def test_the_subscriber_of_the_readme_prints_both_robots(live: LiveCell, tmp_pat
                 wait_until(lambda name=robot: name in printed.read_text(), 20.0, f"a line about {robot}")
         finally:
             watcher.kill()
+
+
+def test_a_run_sent_to_a_frozen_agent_is_refused_as_old(live: LiveCell) -> None:
+    agent = live.pid_of("robot_agent", "left")
+    with live.client() as session, ThreadPoolExecutor(1) as pool:
+        states = Recorder(session, "robot/left/state")
+        seen = states.wait_for(RobotState, lambda state: state.mode is Mode.READY, 10.0, "left ready")
+        os.kill(agent, signal.SIGSTOP)
+        try:
+            answer = pool.submit(ask, session, "robot/left", Run(), echo(seen))
+            threading.Event().wait(FROZEN_S)
+        finally:
+            os.kill(agent, signal.SIGCONT)
+        reply = answer.result(10.0)
+        assert not reply.ok
+        assert "too old" in reply.text
+        after = states.wait_for(RobotState, lambda state: state.sequence > seen.sequence, 10.0, "left after its freeze")
+    assert after.mode is Mode.READY

@@ -49,13 +49,6 @@ def test_a_closed_terminal_ends_the_cell_in_order(live: LiveCell) -> None:
     assert gateway_log.index("was released by its owner") < gateway_log.index("(closing)")
 
 
-def test_ctrl_c_is_the_ordinary_end_of_a_cell_that_stays(live: LiveCell) -> None:
-    up = live.up()
-    up.wait_for_output("all robots enabled", UP_S)
-    up.signal(signal.SIGTERM)
-    assert up.wait(30.0) == 0, up.output
-
-
 def test_children_end_when_cell_up_is_killed(live: LiveCell) -> None:
     up = live.up("--run")
     up.wait_for_output("all robots enabled", UP_S)
@@ -76,15 +69,6 @@ def test_an_endpoint_in_use_is_said_with_who_answers_there(live: LiveCell) -> No
     assert "Traceback" not in up.output
 
 
-def test_a_dead_agent_ends_a_run_until_done(live: LiveCell) -> None:
-    up = live.up("--until-done")
-    up.wait_for_output("all robots enabled", UP_S)
-    live.kill(live.pid_of("robot_agent", "left"))
-    assert up.wait(40.0) == 1
-    assert "robot left was killed by signal 9" in up.output
-    assert f"start it again with: robot-agent {live.file} left" in up.output
-
-
 def test_a_cell_whose_processes_were_all_killed_did_not_end_in_order(live: LiveCell) -> None:
     up = live.up()
     up.wait_for_output("all robots enabled", UP_S)
@@ -94,13 +78,3 @@ def test_a_cell_whose_processes_were_all_killed_did_not_end_in_order(live: LiveC
     assert up.output.count("was killed by signal 9") == 5
     assert "every process of the cell has ended" in up.output
     assert "not in order, died or killed: manager, gateway left_bus" in up.output
-
-
-def test_a_cell_of_which_one_process_was_killed_did_not_end_in_order(live: LiveCell) -> None:
-    up = live.up()
-    up.wait_for_output("all robots enabled", UP_S)
-    live.kill(live.pid_of("robot_agent", "left"))
-    up.wait_for_output("robot left was killed by signal 9", 10.0)
-    up.signal(signal.SIGINT)
-    assert up.wait(40.0) == 1
-    assert "not in order, died or killed: robot left\n" in up.output
