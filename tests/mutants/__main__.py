@@ -15,8 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,21 +77,30 @@ def line(mutant: Mutant, found: Found) -> str:
     return f"{mutant.name:28s} {how}{known}  [{found.took_s:.0f} s]  {mutant.says}"
 
 
-def run_all(mutants: Iterable[Mutant], jobs: int) -> bool:
-    """Print each outcome as it comes; whether all are as they should be."""
-    chosen = list(mutants)
+def run_all(mutants: list[Mutant], jobs: int) -> bool:
+    """Print each outcome as it comes, also of trees without any fault; whether all are as they should be."""
     good = found_count = 0
     began = time.monotonic()
     with ThreadPoolExecutor(jobs) as pool:
-        benches = [mutant.bench for mutant in chosen]
-        for mutant, found in zip(chosen, pool.map(search, chosen, benches), strict=True):
-            good += judge(mutant, found)
-            found_count += bool(found.by)
-            print(line(mutant, found), flush=True)
-    harmless = sum(bool(mutant.harmless) for mutant in chosen)
+        clean = {pool.submit(search, None, bench): bench for bench in dict.fromkeys(each.bench for each in mutants)}
+        planted = {pool.submit(search, mutant, mutant.bench): mutant for mutant in mutants}
+        for ended in as_completed([*clean, *planted]):
+            found = ended.result()
+            if ended in planted:
+                good += judge(planted[ended], found)
+                found_count += bool(found.by)
+                print(line(planted[ended], found), flush=True)
+                continue
+            name = f"(nothing, {clean[ended].name.lower()})"
+            print(f"{name:28s} {found.by or 'in order'}, {found.runs} runs  [{found.took_s:.0f} s]", flush=True)
+            if found.by:
+                print("the tree breaks an invariant without any planted fault: mend that first")
+                pool.shutdown(cancel_futures=True)
+                return False
+    harmless = sum(bool(mutant.harmless) for mutant in mutants)
     took = (time.monotonic() - began) / 60
-    print(f"{found_count} of {len(chosen)} planted faults found, {harmless} known to be harmless, in {took:.1f} min")
-    return good == len(chosen)
+    print(f"{found_count} of {len(mutants)} planted faults found, {harmless} known to be harmless, in {took:.1f} min")
+    return good == len(mutants)
 
 
 def main() -> int:
@@ -114,15 +122,6 @@ def main() -> int:
             print(f"{mutant.name:28s} {mutant.says}")
     if options.list:
         return 0
-    benches = list(dict.fromkeys(mutant.bench for mutant in chosen))
-    with ThreadPoolExecutor(options.jobs) as pool:
-        cleans = list(pool.map(lambda bench: search(None, bench), benches))
-    for bench, clean in zip(benches, cleans, strict=True):
-        name = f"(nothing, {bench.name.lower()})"
-        print(f"{name:28s} {clean.by or 'in order'}, {clean.runs} runs  [{clean.took_s:.0f} s]", flush=True)
-    if any(clean.by for clean in cleans):
-        print("the tree breaks an invariant without any planted fault: mend that first")
-        return 1
     return 0 if run_all(chosen, options.jobs) else 1
 
 

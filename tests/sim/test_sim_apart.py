@@ -209,7 +209,7 @@ def _all_complete(seeds: range, folder: Path, arms: int = 2) -> None:
 
 
 def test_random_programs_that_can_be_done_one_after_another_are_done_together(tmp_path: Path) -> None:
-    _all_complete(range(1, 2), tmp_path, 3)
+    _all_complete(range(1, 2), tmp_path)
 
 
 @pytest.mark.soak

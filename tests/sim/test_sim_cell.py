@@ -28,6 +28,7 @@ def test_a_generated_cell_under_faults_breaks_nothing_and_comes_to_its_end(seed:
     assert outcome.contended, "its robots never asked for one zone at the same time"
 
 
+@pytest.mark.soak
 def test_the_same_seed_gives_the_same_run() -> None:
     seconds = 8.0
     first, second = good(1018, seconds), run_seed(1018, seconds)

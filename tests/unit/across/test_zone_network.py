@@ -75,7 +75,7 @@ class NetworkMachine(RuleBasedStateMachine):
         self.net.check_safe()
 
 
-NetworkMachine.TestCase.settings = settings(max_examples=25, stateful_step_count=40, deadline=None)
+NetworkMachine.TestCase.settings = settings(max_examples=15, stateful_step_count=30, deadline=None)
 TestNetwork = NetworkMachine.TestCase
 
 

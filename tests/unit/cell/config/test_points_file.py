@@ -167,7 +167,7 @@ def test_what_somebody_has_added_counts_from_then_on(tmp_path: Path) -> None:
     assert file.read_text().startswith("# Points of this robot")
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(values=st.lists(st.floats(-90.0, 90.0), min_size=6, max_size=6), name=st.from_regex(NAME, fullmatch=True))
 def test_what_is_written_is_read_again(tmp_path: Path, values: list[float], name: str) -> None:
     file = file_of(tmp_path, TEXT)

@@ -188,7 +188,7 @@ class ZoneMachine(RuleBasedStateMachine):
             assert self.zone.reason
 
 
-ZoneMachine.TestCase.settings = settings(max_examples=150, stateful_step_count=60, deadline=None)
+ZoneMachine.TestCase.settings = settings(max_examples=100, stateful_step_count=50, deadline=None)
 TestZone = ZoneMachine.TestCase
 
 

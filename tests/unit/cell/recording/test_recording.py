@@ -27,7 +27,7 @@ def events(count: int) -> list[Any]:
 
 
 @given(st.lists(ANY, min_size=1, max_size=12))
-@settings(max_examples=30, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=20, suppress_health_check=[HealthCheck.too_slow])
 def test_all_messages_come_back_equal_in_their_order(messages: list[Any]) -> None:
     heard = [(message, BEGIN + i / 8.0) for i, message in enumerate(messages)]
     with TemporaryDirectory() as folder:

@@ -49,7 +49,7 @@ def test_c_goes_as_its_numbers_between_minus_180_and_180_say(
     assert way[2] == pytest.approx(half_way, abs=1e-6)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(ROUND, ROUND, ROUND, AXIS, st.sampled_from(NOISE_RAD), st.integers(0, 2**32 - 1))
 def test_rounding_of_both_ends_changes_nothing_of_the_way_and_the_way_back_is_the_same(
     a: float, b: float, c: float, axis: tuple[int, int, int], size_rad: float, seed: int

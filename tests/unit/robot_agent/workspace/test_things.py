@@ -138,7 +138,7 @@ def test_a_jog_goes_out_of_a_mesh_that_holds_the_whole_link_and_no_deeper(
     start=st.tuples(*[st.floats(-0.4, 0.4)] * 6), away=st.floats(0.03, 0.3), speed=st.floats(0.05, 1.0),
     axis=st.sampled_from([0, 1, 2, "X", "Y", "Z"]), sign=st.sampled_from([-1.0, 1.0]),
 )  # fmt: skip
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_a_jog_stands_close_in_front_of_a_thing(
     start: tuple[float, ...], away: float, axis: int | str, sign: float, speed: float
 ) -> None:

@@ -45,7 +45,7 @@ def distances(q: np.ndarray, zone: ZoneGeometry) -> np.ndarray:
 
 
 @given(seed=st.integers(0, 10_000), where=st.floats(0, 1.6), shape=SHAPES, cycle_s=st.sampled_from([CYCLE_S, 0.02]))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_every_touch_lies_inside_a_crossing(
     seed: int, where: float, shape: tuple[str, tuple[float, ...]], cycle_s: float
 ) -> None:
@@ -59,7 +59,7 @@ def test_every_touch_lies_inside_a_crossing(
 
 
 @given(seed=st.integers(0, 10_000), where=st.floats(0, 1.6), shape=SHAPES)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_a_robot_held_in_front_of_a_crossing_publishes_a_body_outside_the_zone(
     seed: int, where: float, shape: tuple[str, tuple[float, ...]]
 ) -> None:

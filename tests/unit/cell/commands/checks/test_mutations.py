@@ -63,7 +63,7 @@ def _spoil(tree: object, rng: random.Random) -> None:
             node[key] = rng.choice(ODD_VALUES)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(name=st.sampled_from([CELL, ROBOT, DRIVES]), seed=st.integers(0, 2**32), count=st.integers(1, 4))
 def test_a_spoilt_file_gives_problems_with_an_address_and_nothing_else(
     copy: Copy, name: str, seed: int, count: int
@@ -88,7 +88,7 @@ def test_a_spoilt_file_gives_problems_with_an_address_and_nothing_else(
         assert "\n" not in str(problem)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(name=st.sampled_from([CELL, ROBOT, DRIVES]), start=st.floats(0, 1), length=st.integers(1, 30))
 def test_a_hole_in_the_text_gives_problems_and_nothing_else(copy: Copy, name: str, start: float, length: int) -> None:
     file = copy.folder / name

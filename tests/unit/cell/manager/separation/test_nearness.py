@@ -183,7 +183,7 @@ rolls = st.lists(st.tuples(st.integers(-1, 2), st.integers(-1, 2)), min_size=2, 
 calls = st.lists(st.tuples(st.sampled_from(sorted(DISTANCES)), parts, parts, rolls, st.booleans()), max_size=8)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(calls)
 def test_what_is_remembered_never_makes_an_answer_another_one(
     calls: list[tuple[tuple[str, str], np.ndarray, np.ndarray, list[tuple[int, int]], bool]],

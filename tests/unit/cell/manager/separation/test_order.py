@@ -113,7 +113,7 @@ def _drawn(seed: int) -> Ways:
 
 
 @given(st.integers(0, 10**9))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 def test_from_a_safe_beginning_everybody_gets_to_the_end_of_its_way(seed: int) -> None:
     ways, rng = _drawn(seed), random.Random(seed + 1)
     for _ in range(60 * len(ways.counts)):
@@ -122,7 +122,7 @@ def test_from_a_safe_beginning_everybody_gets_to_the_end_of_its_way(seed: int) -
 
 
 @given(st.integers(0, 10**9))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_also_where_robots_say_later_than_they_were_let_in_where_they_may_be(seed: int) -> None:
     ways, rng = _drawn(seed), random.Random(seed + 1)
     for _ in range(60):
@@ -166,7 +166,7 @@ def _turns(ways: Ways, rng: random.Random) -> Iterator[str]:
 
 
 @given(st.integers(0, 10**9))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=120, deadline=None)
 def test_whosever_turn_it_is_everybody_gets_to_the_end_of_its_way(seed: int) -> None:
     ways, rng = again_and_again(seed, 2), random.Random(seed + 1)
     for tries, robot in enumerate(_turns(ways, rng)):
@@ -175,7 +175,7 @@ def test_whosever_turn_it_is_everybody_gets_to_the_end_of_its_way(seed: int) -> 
 
 
 @given(st.integers(0, 10**9))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_who_is_not_before_the_one_whose_turn_it_is_does_not_come_before_it(seed: int) -> None:
     ways, rng = again_and_again(seed, 3), random.Random(seed + 1)
     for robot, _ in zip(_turns(ways, rng), range(100), strict=False):
@@ -269,7 +269,7 @@ def test_of_two_that_end_at_one_place_one_gets_there_and_neither_stands_in_its_w
 
 
 @given(st.integers(0, 10**9))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_who_is_refused_waits_in_the_end_for_one_that_can_go_on(seed: int) -> None:
     ways, rng = again_and_again(seed, 2), random.Random(seed + 1)
     for robot in _turns(ways, rng):

@@ -80,7 +80,7 @@ def test_who_waits_for_one_without_a_planned_way_keeps_nobody_else_waiting() -> 
 
 
 @given(st.integers(0, 10**9))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_nobody_waits_for_longer_than_a_turn_of_each_takes(seed: int) -> None:
     ways = again_and_again(seed, 12)
     cell = Answered(ways)

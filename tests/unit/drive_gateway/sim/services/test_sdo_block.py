@@ -73,7 +73,7 @@ def test_the_library_uploads_the_eds_of_the_drive_in_blocks() -> None:
     assert max(answer[0] & 0x7F for answer in line.answers[1:-1]) == 127
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.binary(max_size=LONGEST_DOMAIN).filter(len))
 def test_what_the_library_downloads_in_blocks_it_uploads_again(data: bytes) -> None:
     line = Line()

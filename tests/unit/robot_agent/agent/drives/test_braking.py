@@ -42,7 +42,7 @@ def newest(world: AgentWorld) -> Presence:
 
 
 @given(seed=st.integers(0, 2**32 - 1), share=st.sampled_from([0.5, 1.0, 2.0, None]))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_the_real_body_lies_in_the_newest_published_one_until_it_stands_however_each_drive_brakes(
     seed: int, share: float | None
 ) -> None:

@@ -287,7 +287,7 @@ def test_slow_chain_is_extended_after_the_time_that_planning_took_and_never_stop
     world.call(Run())
     until(world, lambda: world.state.program.line == 4)
     since = len(world.played)
-    until(world, lambda: world.state.program.line == 50, 60.0)
+    until(world, lambda: world.state.program.line == 30, 60.0)
     assert speeds(world)[since:].min() > 0.3 * SLOW_M_S
     last_lines = [each.lines[-1] for each in extensions(world)]
     assert len(last_lines) == len(set(last_lines)) > 0, "an extension came too late"

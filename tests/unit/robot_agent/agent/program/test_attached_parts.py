@@ -306,7 +306,7 @@ END"""
 EVENTS = st.sampled_from(["halt", "continue", "enable", "run", "fault", "brake", "estop"])
 
 
-@settings(max_examples=6, deadline=None, phases=(Phase.explicit, Phase.generate))
+@settings(max_examples=4, deadline=None, phases=(Phase.explicit, Phase.generate))
 @given(st.lists(st.tuples(st.integers(1, 50), EVENTS), max_size=6))
 def test_the_body_covers_links_and_tool_and_what_a_closed_gripper_holds(events: list[tuple[int, str]]) -> None:
     """The gripper is that of the gateway, which switches when the output is played."""
