@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
@@ -66,13 +65,19 @@ class RobotBody:
     now: Capsules
     rest: Capsules
     """At the end of what was sent; empty where it stands."""
-    reserved: Capsules
-    """What it owns of the room, as far as it is drawn."""
-    ahead: Array
-    """`(p, 3)` [m]: the way of the TCP to rest, then of the last link along what is planned."""
     reach: tuple[tuple[float, float, float], float] | None
     """Middle and radius [m] of the ball in which it is somewhere; None where it is known."""
     alarmed: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ahead:
+    """What a robot still has before it."""
+
+    reserved: Capsules
+    """What it owns of the room, as far as it is drawn; empty where it stands."""
+    way: Array
+    """`(p, 3)` [m]: of the TCP to rest, then of the last link along what is planned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,25 +95,33 @@ def robot_body(robot: str, seen: Newest) -> RobotBody | None:
     last = seen.last(Presence, robot)
     if last is None:
         return None
-    presence, _ = last
-    body, way = presence.body, presence.way
-    state = seen.of(RobotState).get(robot)
+    body = last[0].body
+    state = seen.heard(RobotState, robot)
     alarmed = state is None or state.mode in ALARMED
     if not body.known or not len(body.poses):
-        return RobotBody(robot, NOTHING, NOTHING, NOTHING, np.empty((0, 3)), (body.base, body.reach_m), alarmed)
-    moving = presence.stop_time_s > 0.0 and len(body.poses) > 1
-    rest = Capsules(body.poses[-1].astype(float), body.radii_m.astype(float)) if moving else NOTHING
-    plan = seen.of(PlannedWay).get(robot)
+        return RobotBody(robot, NOTHING, NOTHING, (body.base, body.reach_m), alarmed)
+    radii = body.radii_m.astype(float)
+    rest = Capsules(body.poses[-1].astype(float), radii) if _moves(last[0]) else NOTHING
+    return RobotBody(robot, Capsules(body.poses[0].astype(float), radii), rest, None, alarmed)
+
+
+def ahead(robot: str, seen: Newest) -> Ahead:
+    """What a robot whose body is known still has before it, by its last presence."""
+    last = seen.last(Presence, robot)
+    if last is None or not last[0].body.known or not len(last[0].body.poses):
+        return Ahead(NOTHING, np.empty((0, 3)))
+    presence, _ = last
+    moves, way = _moves(presence), presence.way
+    plan = seen.heard(PlannedWay, robot)
     planned = _from_here_on(presence, plan) if plan is not None else np.empty((0, 3))
-    return RobotBody(
-        robot,
-        Capsules(body.poses[0].astype(float), body.radii_m.astype(float)),
-        rest,
-        _drawn(way.sections.points[: way.owned], way.sections.radii[: way.owned]) if moving else NOTHING,
-        np.concatenate([body.tcp_m if moving else np.empty((0, 3)), planned]),
-        None,
-        alarmed,
+    return Ahead(
+        _drawn(way.sections.points[: way.owned], way.sections.radii[: way.owned]) if moves else NOTHING,
+        np.concatenate([presence.body.tcp_m if moves else np.empty((0, 3)), planned]),
     )
+
+
+def _moves(presence: Presence) -> bool:
+    return presence.stop_time_s > 0.0 and len(presence.body.poses) > 1
 
 
 def measured_joints(body: RobotBody, seen: Newest) -> Array | None:
@@ -137,22 +150,29 @@ def _drawn(points: Single, radii: Single) -> Capsules:
 
 
 def smallest_gap(bodies: list[RobotBody]) -> Gap | None:
-    """Between the two robots that are nearest to each other; None with fewer than two whose bodies are known."""
-    gaps = [_gap(one, other) for one, other in combinations([each for each in bodies if len(each.now)], 2)]
-    return min(gaps, key=lambda gap: gap.distance_m, default=None)
+    """Between the two robots that are nearest to each other; None with fewer than two whose bodies are known.
 
-
-def _gap(one: RobotBody, other: RobotBody) -> Gap:
-    a, b = one.now, other.now
-    axes = np.asarray(segment_distance(a.points[:, None], b.points[None]))
-    distances = axes - a.radii[:, None] - b.radii[None]
-    i, k = np.unravel_index(int(distances.argmin()), distances.shape)
-    ends = nearest_points(a.points[i], b.points[k])
+    No pair of capsules is farther apart than its middles are; those whose ends cannot be as near as that are left out.
+    """
+    points = np.concatenate([_NO_ROOM, *(each.now.points for each in bodies)])
+    radii = np.concatenate([np.empty(0), *(each.now.radii for each in bodies)])
+    robot = np.repeat(np.arange(len(bodies)), [len(each.now) for each in bodies])
+    i, k = np.nonzero(robot[:, None] < robot)
+    if not len(i):
+        return None
+    middles, lengths = points.mean(axis=1), np.linalg.norm(points[:, 1] - points[:, 0], axis=-1)
+    most = np.linalg.norm(middles[i] - middles[k], axis=-1) - radii[i] - radii[k]
+    near = most - 0.5 * (lengths[i] + lengths[k]) <= most.min()
+    i, k = i[near], k[near]
+    distances = np.asarray(segment_distance(points[i], points[k])) - radii[i] - radii[k]
+    nearest = int(distances.argmin())
+    one, other = int(i[nearest]), int(k[nearest])
+    ends = nearest_points(points[one], points[other])
     way = ends[1] - ends[0]
     length = float(np.linalg.norm(way))
     along = way / length if length > 0.0 else np.zeros(3)
-    surfaces = np.array([ends[0] + a.radii[i] * along, ends[1] - b.radii[k] * along])
-    return Gap((one.robot, other.robot), surfaces, float(distances[i, k]))
+    surfaces = np.array([ends[0] + radii[one] * along, ends[1] - radii[other] * along])
+    return Gap((bodies[robot[one]].robot, bodies[robot[other]].robot), surfaces, float(distances[nearest]))
 
 
 def nearest_points(first: Array, second: Array) -> Array:

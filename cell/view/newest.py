@@ -44,12 +44,14 @@ class Newest:
 
     def of(self, kind: type[M]) -> Mapping[Name, M]:
         """By sender, those that are not silent."""
-        limit = SELDOM_SILENT_AFTER_S if kind in _SELDOM else SILENT_AFTER_S
-        return {
-            name: each.message
-            for (heard, name), each in self._heard.items()
-            if heard is kind and isinstance(each.message, kind) and self.now - each.at <= limit
-        }
+        names = [name for heard, name in self._heard if heard is kind]
+        return {name: message for name in names if (message := self.heard(kind, name)) is not None}
+
+    def heard(self, kind: type[M], name: Name) -> M | None:
+        """That of one sender, unless he is silent."""
+        last = self.last(kind, name)
+        silent_after_s = SELDOM_SILENT_AFTER_S if kind in _SELDOM else SILENT_AFTER_S
+        return last[0] if last is not None and self.now - last[1] <= silent_after_s else None
 
     def one(self, kind: type[M]) -> M | None:
         """Of the kind that one alone sends."""

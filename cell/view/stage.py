@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import trimesh
 import viser
+from numpy.typing import NDArray
 
 from cell.config.settings import BoxShape, CellSettings, SpaceKind
 from cell.geometry import quaternion
@@ -14,10 +15,12 @@ from cell.geometry.arrays import Array
 from cell.messages import FramePose, RobotState, ZoneState
 from cell.view.bodies import (
     NOTHING,
+    Ahead,
     Capsules,
     RobotBody,
     Solid,
     Zone,
+    ahead,
     measured_joints,
     robot_body,
     smallest_gap,
@@ -31,6 +34,7 @@ from cell.view.newest import Newest
 from cell.view.now import Line
 
 Colour = tuple[int, int, int]
+Drawable = NDArray[np.float32]
 ROBOT_COLOURS: tuple[Colour, ...] = (
     (59, 130, 246),
     (249, 146, 42),
@@ -57,6 +61,9 @@ _THING: Colour = (148, 150, 155)
 _GAP: Colour = (190, 24, 93)
 _HIDDEN = 1e-6
 """As large as what is not shown: its number stays, so nothing is built anew."""
+_SHORTEST = 1e-9
+"""A capsule that is a ball points upwards."""
+_UPRIGHT = np.array([[1.0, 0.0, 0.0, 0.0]], np.float32)
 _CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 _EDGES = [(i, k) for i in range(8) for k in range(i + 1, 8) if bin(i ^ k).count("1") == 1]
 
@@ -72,17 +79,20 @@ class CapsuleCloud:
         self._room = 0
         self._columns: Any = None
         self._balls: Any = None
-        self._shown = -1
+        self._shown: object = None
 
     def show(self, capsules: Capsules, colour: Colour) -> None:
-        """Let these be there, and no others."""
-        if len(capsules) == 0 and self._shown <= 0:
+        """Let these be there, and no others; what is there already is not sent again."""
+        if len(capsules) == 0 and self._columns is None:
             return
-        self._shown = len(capsules)
+        shown = capsules.points.tobytes(), capsules.radii.tobytes(), colour
+        if shown == self._shown:
+            return
+        self._shown = shown
         if self._columns is None or len(capsules) > self._room:
             self._build(max(8, 1 << (len(capsules) - 1).bit_length()), colour)
         columns, balls = self._columns, self._balls
-        middle, wxyz, size, ends, radii = _instances(capsules, self._room)
+        middle, wxyz, size, ends, radii = instances(capsules, self._room)
         columns.batched_positions, columns.batched_wxyzs, columns.batched_scales = middle, wxyz, size
         balls.batched_positions, balls.batched_scales = ends, radii
         if colour != self._colour:
@@ -111,22 +121,27 @@ class CapsuleCloud:
         )
 
 
-def _instances(capsules: Capsules, room: int) -> tuple[Array, Array, Array, Array, Array]:
+def instances(capsules: Capsules, room: int) -> tuple[Drawable, Drawable, Drawable, Drawable, Drawable]:
     """Places, turns and sizes of `room` cylinders, places and sizes of twice as many balls; those too many hidden."""
     count = len(capsules)
-    way = capsules.points[:, 1] - capsules.points[:, 0]
-    lengths = np.linalg.norm(way, axis=-1)
-    along = np.divide(way, lengths[:, None], out=np.tile([0.0, 0.0, 1.0], (count, 1)), where=lengths[:, None] > 1e-9)
-    wxyz = np.stack([1.0 + along[:, 2], -along[:, 1], along[:, 0], np.zeros(count)], axis=-1)
-    wxyz[wxyz[:, 0] < 1e-9] = 0.0, 1.0, 0.0, 0.0
-    wxyz /= np.linalg.norm(wxyz, axis=-1, keepdims=True)
-    middle, turns, size = np.zeros((room, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (room, 1)), np.full((room, 3), _HIDDEN)
-    middle[:count], turns[:count] = capsules.points.mean(axis=1), wxyz
-    size[:count] = np.stack([capsules.radii, capsules.radii, np.maximum(lengths, _HIDDEN)], axis=-1)
-    ends, radii = np.zeros((2 * room, 3)), np.full((2 * room, 3), _HIDDEN)
-    ends[: 2 * count] = capsules.points.reshape(-1, 3)
-    radii[: 2 * count] = np.repeat(capsules.radii, 2)[:, None]
-    return tuple(each.astype(np.float32) for each in (middle, turns, size, ends, radii))  # type: ignore[return-value]
+    ends = capsules.points.reshape(-1, 3)
+    way = ends[1::2] - ends[::2]
+    way *= np.where(way[:, 2:] < 0.0, -1.0, 1.0)  # a cylinder looks the same from either end
+    way[:, 2] = np.maximum(way[:, 2], _SHORTEST)
+    lengths = np.sqrt(np.einsum("ij,ij->i", way, way))
+    upright = lengths + way[:, 2]
+    half = np.sqrt(2.0 * lengths * upright)
+    middle, turns, size = np.zeros((room, 3), np.float32), _UPRIGHT.repeat(room, axis=0), _hidden(room)
+    middle[:count] = 0.5 * (ends[1::2] + ends[::2])
+    turns[:count, 0], turns[:count, 1], turns[:count, 2] = upright / half, -way[:, 1] / half, way[:, 0] / half
+    size[:count, :2], size[:count, 2] = capsules.radii[:, None], np.maximum(lengths, _HIDDEN)
+    places, sizes = np.zeros((2 * room, 3), np.float32), _hidden(2 * room)
+    places[: 2 * count], sizes[: 2 * count] = ends, capsules.radii.repeat(2)[:, None]
+    return middle, turns, size, places, sizes
+
+
+def _hidden(room: int) -> Drawable:
+    return np.full((room, 3), _HIDDEN, np.float32)
 
 
 class MeshBody:
@@ -244,7 +259,7 @@ class Stage:
         for name, drawn in self._robots.items():
             body = robot_body(name, seen)
             if body is not None:
-                self._show_space(body, drawn)
+                self._show_space(body, ahead(name, seen), drawn)
         for zone in zones(seen):
             self._show_zone(zone)
         for thing in things(self._settings, seen):
@@ -256,9 +271,9 @@ class Stage:
                 self._show_frame(f"/robots/{name}/tcp", "", state.tcp_position_m, state.tcp_quaternion_xyzw)
         self._show_waits(lines)
 
-    def _show_space(self, body: RobotBody, drawn: _Drawn) -> None:
-        drawn.reserved.show(body.reserved, drawn.colour)
-        self._show_path(f"/robots/{body.robot}/ahead", body.ahead, drawn.colour)
+    def _show_space(self, body: RobotBody, ahead: Ahead, drawn: _Drawn) -> None:
+        drawn.reserved.show(ahead.reserved, drawn.colour)
+        self._show_path(f"/robots/{body.robot}/ahead", ahead.way, drawn.colour)
         if body.reach is None:
             self._remove(f"/robots/{body.robot}/reach")
             return

@@ -1,11 +1,12 @@
 """Shapes of the room, made from messages alone."""
 
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.config.settings import (
@@ -22,7 +23,19 @@ from cell.config.settings import (
 )
 from cell.geometry import segment_distance
 from cell.messages import Mode, PlannedWay, Sections, ZoneGeometry, ZoneState
-from cell.view.bodies import nearest_points, robot_body, smallest_gap, spaces, things, triangles, zones
+from cell.view.bodies import (
+    NOTHING,
+    Capsules,
+    RobotBody,
+    ahead,
+    nearest_points,
+    robot_body,
+    smallest_gap,
+    spaces,
+    things,
+    triangles,
+    zones,
+)
 from tests.unit.cell.view.room import CELL, held_by, manager, presence, robot, seen
 
 coordinate = st.one_of(st.sampled_from([0.0, 1.0, -1.0]), st.floats(-2.0, 2.0, width=32))
@@ -30,18 +43,20 @@ segments = st.lists(coordinate, min_size=6, max_size=6).map(lambda each: np.arra
 
 
 def test_a_robot_that_stands_is_its_capsules() -> None:
-    body = robot_body("left", seen(presence("left", 1.0), robot()))
+    newest = seen(presence("left", 1.0), robot())
+    body, before = robot_body("left", newest), ahead("left", newest)
     assert body is not None
     assert body.now.points.tolist() == [[[1.0, 0.0, 0.0], [1.0, 0.0, 1.0]]]
-    assert len(body.rest) == len(body.reserved) == len(body.ahead) == 0
+    assert len(body.rest) == len(before.reserved) == len(before.way) == 0
     assert not body.alarmed
 
 
 def test_a_robot_that_moves_is_where_it_comes_to_rest_too() -> None:
-    body = robot_body("left", seen(presence("left", 1.0, poses=3), robot()))
+    newest = seen(presence("left", 1.0, poses=3), robot())
+    body = robot_body("left", newest)
     assert body is not None
     assert body.rest.points[0, 0].tolist() == pytest.approx([1.2, 0.0, 0.0])
-    assert body.ahead[:, 0].tolist() == pytest.approx([1.0, 1.1, 1.2])
+    assert ahead("left", newest).way[:, 0].tolist() == pytest.approx([1.0, 1.1, 1.2])
 
 
 def test_a_robot_that_does_not_know_where_it_is_is_somewhere_in_its_reach() -> None:
@@ -71,9 +86,8 @@ def test_what_is_planned_goes_on_from_where_the_robot_comes_to_rest() -> None:
     points = np.zeros((4, 1, 2, 3), np.float32)
     points[:, 0, 1, 0] = [5.0, 6.0, 7.0, 8.0]
     pieces = Sections(np.arange(4, dtype=np.uint64), points, np.full((4, 1), 0.1, np.float32))
-    body = robot_body("left", seen(presence("left", 1.0), robot(), PlannedWay("left", "b", 1, 1, False, pieces)))
-    assert body is not None
-    assert body.ahead[:, 0].tolist() == [5.0, 6.0, 7.0, 8.0]
+    newest = seen(presence("left", 1.0), robot(), PlannedWay("left", "b", 1, 1, False, pieces))
+    assert ahead("left", newest).way[:, 0].tolist() == [5.0, 6.0, 7.0, 8.0]
 
 
 def test_the_smallest_gap_is_between_surfaces() -> None:
@@ -83,6 +97,19 @@ def test_the_smallest_gap_is_between_surfaces() -> None:
     assert gap.robots == ("left", "right")
     assert gap.distance_m == pytest.approx(0.8)
     assert np.linalg.norm(gap.points[1] - gap.points[0]) == pytest.approx(0.8)
+
+
+@given(st.lists(st.lists(segments, min_size=0, max_size=3), min_size=2, max_size=5), st.floats(0.0, 0.5))
+@settings(max_examples=60, deadline=None)
+def test_the_smallest_gap_is_the_least_of_all_pairs(robots: list[list[np.ndarray]], radius: float) -> None:
+    bodies = [
+        RobotBody(str(i), Capsules(np.array(each).reshape(-1, 2, 3), np.full(len(each), radius)), NOTHING, None, False)
+        for i, each in enumerate(robots)
+    ]
+    pairs = [smallest_gap([one, other]) for one, other in combinations(bodies, 2)]
+    least = min((gap.distance_m for gap in pairs if gap is not None), default=None)
+    gap = smallest_gap(bodies)
+    assert (None if gap is None else gap.distance_m) == least
 
 
 def test_one_robot_alone_has_no_gap() -> None:

@@ -125,11 +125,11 @@ def test_the_page_moves_the_meshes_with_the_measured_joints_and_hides_them_where
         np.testing.assert_allclose([link.position for link in links], expected[:, :3, 3], atol=1e-6)
         assert all(link.visible for link in links)
         # The capsules of the links are not drawn beside them, those of the other robot are.
-        assert drawn.now._shown <= 0
+        assert drawn.now._shown is None
         assert stage._robots["left"].meshes._colour == ROBOT_COLOURS[0]
         picture(replace(state, sequence=state.sequence + 1, joints=None))
         assert not any(link.visible for link in links)
-        assert drawn.now._shown > 0
+        assert drawn.now._shown is not None
         # A silent robot stays where it was, in red.
         picture(replace(state, sequence=state.sequence + 2))
         seen.look([], 1000.0)
