@@ -31,7 +31,7 @@ PICTURE_S = 1.0 / 30.0
 TEXT_EVERY = 6
 """Pictures between two looks at what changes seldom."""
 CURVE_EVERY = 30
-_LEFT, _RIGHT = 370.0, 440.0
+_LEFT, _RIGHT = 370.0, 480.0
 _PAIR = " and "
 
 

@@ -107,13 +107,18 @@ def _drives_of(robot: str, axes: Axes, seen: Newest) -> str:
     every = axis_rows(robot, axes, seen)
     columns = axis_columns(every)
     rows = [
-        [_coloured(row.cells[i], _DRIVES[row.tone]) if i == 1 else escape(row.cells[i]) for i in columns]
+        [_coloured(row.cells[i], _DRIVES[row.tone]) if i == 1 else _unbroken(row.cells[i]) for i in columns]
         for row in every
     ]
     heading = [AXIS_HEADING[i] for i in columns]
     feedback = seen.of(DriveFeedback).get(robot)
     state = "silent" if feedback is None else PlayoutState(feedback.state).name.lower()
     return f"<div style='{_BOX}'><b>{escape(robot)}</b> {escape(state)}{table(heading, rows)}</div>"
+
+
+def _unbroken(text: str) -> str:
+    """A number keeps its unit beside it."""
+    return escape(text).replace(" ", "&nbsp;")
 
 
 def _gateway(name: str, state: GatewayState) -> str:

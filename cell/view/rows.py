@@ -74,18 +74,18 @@ def _axis_row(i: int, axes: Axes, nodes: Mapping[str, NodeStatus], feedback: Dri
     words, tone = _drive(node, feedback.axes[i] if feedback is not None else None)
     scale, unit = (1000.0, "mm") if sliding else (math.degrees(1.0), "°")
     worst = "" if node is None or node.following_error is None else f"{scale * node.following_error:.3f}"
-    current = "" if node is None or node.current_a is None else f"{node.current_a:.2f} A"
+    current = "" if node is None or node.current_a is None else f"{node.current_a:z.2f} A"
     temperature = "" if node is None or node.temperature_c is None else f"{node.temperature_c:.0f} °C"
     if feedback is None:
         return AxisRow((name, words, "", "", "", worst, "", current, temperature), tone)
-    torque = "" if feedback.torque is None else f"{feedback.torque[i]:.1f} {'N' if sliding else 'Nm'}"
+    torque = "" if feedback.torque is None else f"{feedback.torque[i]:z.1f} {'N' if sliding else 'Nm'}"
     return AxisRow(
         (
             name,
             words,
-            f"{scale * feedback.position[i]:.2f} {unit}",
-            f"{scale * feedback.velocity[i]:.1f} {unit}/s",
-            f"{scale * (feedback.commanded[i] - feedback.position[i]):+.3f}",
+            f"{scale * feedback.position[i]:z.2f} {unit}",
+            f"{scale * feedback.velocity[i]:z.1f} {unit}/s",
+            f"{scale * (feedback.commanded[i] - feedback.position[i]):+z.3f}",
             worst,
             torque,
             current,

@@ -77,11 +77,14 @@ class Tab:
         except Refused:
             return ""
 
-    def middle_of(self, words: str) -> tuple[float, float] | None:
-        """Where the button or tab with these words is, scrolled into view; None while there is none."""
+    def middle_of(self, words: str, which: str = "find") -> tuple[float, float] | None:
+        """Where the first button or tab with these words is, scrolled into view; None while there is none.
+
+        `which`: `findLast` for the last one.
+        """
         found = self.js(
             "(() => { const all = [...document.querySelectorAll('button, [role=tab], label')];"
-            f"const it = all.find(each => each.innerText.trim() === {json.dumps(words)} && each.offsetParent);"
+            f"const it = all.{which}(each => each.innerText.trim() === {json.dumps(words)} && each.offsetParent);"
             "if (!it) return null; it.scrollIntoView({block: 'center'}); const r = it.getBoundingClientRect();"
             "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
         )
@@ -92,11 +95,21 @@ class Tab:
         buttons = {"mousePressed": 1}.get(what, 0)
         self.call("Input.dispatchMouseEvent", type=what, x=at[0], y=at[1], button="left", buttons=buttons, clickCount=1)
 
-    def click(self, words: str) -> None:
-        at = self.middle_of(words)
+    def click(self, words: str, which: str = "find") -> None:
+        at = self.middle_of(words, which)
         assert at is not None, f"no {words!r} on the page:\n{self.text()}"
         self.mouse("mousePressed", at)
         self.mouse("mouseReleased", at)
+
+    def write(self, label: str, text: str) -> None:
+        """Type into the field beside a label."""
+        assert self.js(
+            f"(() => {{ const all = [...document.querySelectorAll('label')];"
+            f"const it = all.find(each => each.innerText.trim() === {json.dumps(label)} && each.offsetParent);"
+            "for (let at = it; at; at = at.parentElement) { const field = at.querySelector('input');"
+            "if (field) { field.focus(); field.select(); return true; } } return false; })()"
+        ), f"no field {label!r} on the page:\n{self.text()}"
+        self.call("Input.insertText", text=text)
 
     def screenshot(self, file: Path) -> None:
         file.write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))

@@ -18,7 +18,7 @@ from live_cell import LiveCell, Process, Recorder, wait_until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect as websocket
 
-from cell.messages import Mode, RobotState
+from cell.messages import GatewayState, Mode, RobotState
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is found")
 
@@ -54,9 +54,9 @@ class Viewed:
         wait_until(lambda: tab.js(DRAWS), SHOWN_S, "a browser that has drawn the room")
         return tab
 
-    def in_control(self) -> Tab:
+    def in_control(self, level: str = "operate") -> Tab:
         """The same, which has control."""
-        tab = self.opened("operate")
+        tab = self.opened(level)
         wait_until(lambda: not re.search("browser .* has control", tab.text()), SHOWN_S, "nobody else in control")
         click(tab, "Take control")
         wait_until(lambda: tab.middle_of("J1 +"), SHOWN_S, "the buttons of the jog")
@@ -116,8 +116,8 @@ def stays_at_rest(viewed: Viewed, states: int = 25) -> None:
 @contextmanager
 def page_of(cell: LiveCell) -> Iterator[Viewed]:
     """A browser on the page of a cell that is up."""
-    page = cell.start("cell", "view", "--control", "operate", "--port", "0", "-f", str(cell.file))
-    page.wait_for_output("to operate: ", 60.0)
+    page = cell.start("cell", "view", "--control", "configure", "--port", "0", "-f", str(cell.file))
+    page.wait_for_output("to watch: ", 60.0)
     with Chromium(cell.folder) as browser, cell.client() as session:
         yield Viewed(cell, page, browser, Recorder(session, "robot/*/state"))
     page.signal(signal.SIGINT)
@@ -187,6 +187,22 @@ def test_a_tab_that_is_hidden_while_a_button_is_held_stops_the_robot_which_stays
     tab.mouse("mouseReleased", at)
     tab.mouse("mouseReleased", press(viewed, tab))
     comes_to_rest(viewed)
+
+
+def test_an_output_is_forced_and_follows_its_program_again(viewed: Viewed) -> None:
+    tab = viewed.in_control("configure")
+    with viewed.cell.client() as session:
+        gateways = Recorder(session, "gateway/left_bus/state")
+        wait_until(lambda: tab.middle_of("force on"), SHOWN_S, "the buttons of who may configure")
+        tab.write("input or output", "gripper")
+        click(tab, "force on")
+        gateways.wait_for(GatewayState, lambda m: "gripper" in m.forced.get("left", {}), SHOWN_S, "a forced output")
+        click(tab, "Drives")
+        shows(tab, "output gripper of left is FORCED by")
+        click(tab, "Control")
+        wait_until(lambda: tab.middle_of("follow"), SHOWN_S, "the buttons again")
+        tab.click("follow", "findLast")  # the first one is that of an input
+        gateways.wait_for(GatewayState, lambda m: not m.forced.get("left"), SHOWN_S, "an output that follows")
 
 
 def test_who_has_no_control_has_no_buttons_until_he_takes_it(viewed: Viewed) -> None:

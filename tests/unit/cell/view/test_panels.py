@@ -75,7 +75,7 @@ def test_current_and_temperature_stand_in_the_row_of_the_axis_and_are_empty_wher
     rows = axis_rows("left", AXES["left"], seen(replace(gateway(), nodes=(node, silent))))
     assert AXIS_HEADING[-2:] == ("current", "temp.")
     assert [row.cells[-2:] for row in rows[:2]] == [("-1.25 A", "46 °C"), ("", "")]
-    html = panels.drives(CELL, seen(replace(gateway(), nodes=(node,))), {"left": AXES["left"]})
+    html = panels.drives(CELL, seen(replace(gateway(), nodes=(node,))), {"left": AXES["left"]}).replace("&nbsp;", " ")
     assert "-1.25 A" in html
     assert "46 °C" in html
     assert ">temp.</th>" in html
@@ -83,7 +83,7 @@ def test_current_and_temperature_stand_in_the_row_of_the_axis_and_are_empty_wher
 
 
 def test_drives_are_told_in_the_units_of_their_axes() -> None:
-    html = panels.drives(CELL, seen(feedback()), AXES)
+    html = panels.drives(CELL, seen(feedback()), AXES).replace("&nbsp;", " ")
     assert "28.65 °" in html
     assert "500.00 mm" in html
     assert "+1.000" in html
