@@ -26,9 +26,11 @@ from tests.sim.programs import APPROACHES, Way, program_text
 from tests.sim.volume import Volume
 
 MODELS = Path(__file__).parents[2] / "cell_configs" / "models"
-_MOST_DRAWS = 200
+_MOST_DRAWS = 600
+_ROW_EVERY, _SHORTER_AFTER = 8, 150
+"""Every eighth cell is a row of three to six robots; of one robot less after so many draws that are refused."""
 _LONGEST_S = 9.0
-"""Of motion, of a program."""
+"""Of motion, of a program; twice as long in a row, where robots visit two zones."""
 _ASKED_S = 0.6
 """So long before it enters a zone a robot asks for it."""
 _KEPT_APART = 0.4
@@ -80,15 +82,16 @@ class GeneratedCell:
 def generated_cell(number: int) -> GeneratedCell:
     """The cell with this number."""
     for draw in range(_MOST_DRAWS):
-        cell = _drawn(number, random.Random(f"cell {number}, draw {draw}"))
+        cell = _drawn(number, random.Random(f"cell {number}, draw {draw}"), _links(number, draw))
         if cell is not None:
             return cell
     raise AssertionError(f"cell {number}: no cell with contention in {_MOST_DRAWS} draws")
 
 
-def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
+def _drawn(number: int, rng: random.Random, links: int) -> GeneratedCell | None:
     margin_mm = _margin_mm(number)
-    zones, robots = _layout(rng, 1.0 if margin_mm is None else _NARROW)
+    narrow = 1.0 if margin_mm is None else _NARROW
+    zones, robots = _chain(rng, narrow, links) if links else _layout(rng, narrow)
     texts = {robot.name: program_text(rng, robot.family, robot.ways) for robot in robots}
     folder = _folder(number)
     for robot in robots:
@@ -105,7 +108,7 @@ def _drawn(number: int, rng: random.Random) -> GeneratedCell | None:
     bundle, _ = check_cell(folder / "cell.yaml")
     if bundle is None:
         return None
-    worth = _contention(bundle)
+    worth = _contention(bundle, _LONGEST_S * (2.0 if links else 1.0))
     if worth is None:
         return None
     longest_s, paths = worth
@@ -140,6 +143,13 @@ def _layout(rng: random.Random, narrow: float) -> tuple[list[_Zone], list[_Robot
     if shape == "big":
         return _around(rng, narrow, ["-x", "+x", "-y", "+y"])
     return _chain(rng, narrow, 2 if shape == "chain" else rng.choice([3, 3, 4]))
+
+
+def _links(number: int, draw: int) -> int:
+    """Between robots in a row; 0 for another layout. Drawn anew each time, the long rows would hardly ever come."""
+    if number % _ROW_EVERY != _ROW_EVERY - 1:
+        return 0
+    return max(2, random.Random(f"links {number}").choice([2, 3, 4, 5]) - draw // _SHORTER_AFTER)
 
 
 def _family(rng: random.Random, side: str) -> str:
@@ -297,8 +307,11 @@ class _Path:
     """`(c,)` whether the capsule is not of the base."""
 
 
-def _contention(bundle: CellBundle) -> tuple[float, list[_Path]] | None:
-    """How long the longest program lasts [s], and the paths; None unless two ask for one zone at overlapping times."""
+def _contention(bundle: CellBundle, most_s: float) -> tuple[float, list[_Path]] | None:
+    """How long the longest program lasts [s], and the paths; None unless two ask for one zone at overlapping times.
+
+    None, too, for a program that lasts longer than `most_s`.
+    """
     asked: dict[str, list[tuple[str, float, float]]] = {zone: [] for zone in bundle.cell.zones}
     longest_s, paths = 0.0, list[_Path]()
     for robot, settings in bundle.cell.robots.items():
@@ -309,9 +322,9 @@ def _contention(bundle: CellBundle) -> tuple[float, list[_Path]] | None:
         )
         cycle_s = bundle.gateways[settings.gateway].cycle_s
         planner = Planner(bundle.robots[robot], cycle_s)
-        motions, failed = dry_run(planner, program, 2.0 * _LONGEST_S)
+        motions, failed = dry_run(planner, program, 2.0 * most_s)
         lasts_s = sum(planned.motion.duration_s for planned in motions)
-        if failed is not None or not motions or lasts_s > _LONGEST_S:
+        if failed is not None or not motions or lasts_s > most_s:
             return None
         q = np.concatenate([planned.motion.q(np.arange(0.0, planned.motion.duration_s, 0.04)) for planned in motions])
         points = transform_points(planner.pose_world_base, model.capsules(q))

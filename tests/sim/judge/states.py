@@ -258,7 +258,9 @@ class FaultyDrivesStop(Invariant):
         gateway = facts.world.bundle.gateways[name.partition("/")[2]]
         axes = gateway.robots[robot].axes
         allowed_s = gateway.overrun_limit_s + max(axis.following_time_s for axis in axes) + self._BESIDE_S
-        away = np.abs(feedback.position - feedback.commanded) / self._windows[robot]
+        # A position answers a sample of some cycles ago: an axis that goes on fast is as far behind the newest one.
+        behind = np.abs(feedback.velocity) * [gateway.cycle_s * axis.delay_cycles for axis in axes]
+        away = (np.abs(feedback.position - feedback.commanded) - behind) / self._windows[robot]
         if not feedback.enabled or away.max() < self._BESIDE:
             self._beside_since.pop(robot, None)
             return
