@@ -6,7 +6,7 @@ A seed that fails is run again, and made small, with: python -m tests.sim.search
 
 import pytest
 
-from tests.sim.cells import generated_cell
+from tests.sim.cells import _links, generated_cell
 from tests.sim.coverage import event_codes, must_be_seen
 from tests.sim.run import Outcome, run_seed
 from tests.sim.search import replay_command
@@ -43,6 +43,13 @@ def test_robots_that_rest_in_each_others_way_are_not_kept_apart() -> None:
     covers it would wait for ever (seed 110220)."""
     assert generated_cell(27555).bundle.cell.separation is None
     assert generated_cell(27500).bundle.cell.separation is not None
+
+
+def test_every_eighth_cell_is_a_row_of_three_to_six_robots() -> None:
+    assert {_links(number, draw=0) for number in range(7, 400, 8)} == {2, 3, 4, 5}
+    row = generated_cell(23).bundle.cell
+    assert len(row.robots) == 3
+    assert sorted(zone.robots for zone in row.zones.values()) == [("r0", "r1"), ("r1", "r2")]
 
 
 def test_what_must_be_seen_is_found_in_the_sources() -> None:

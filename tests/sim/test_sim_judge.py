@@ -552,6 +552,24 @@ def test_an_order_to_a_gateway_may_be_older_by_what_lies_between_two_of_its_stat
     assert (broken is None) == good
 
 
+@pytest.mark.parametrize("moves", [True, False])
+def test_an_axis_may_be_behind_its_command_by_what_it_goes_on_until_its_position_shows_it(
+    run: Recording, moves: bool
+) -> None:
+    facts = run.judge.facts
+    gateway = facts.world.bundle.gateways[facts.cell.robots[ONE].gateway]
+    axes = gateway.robots[ONE].axes
+    away = 2.0 * np.array([axis.following_window for axis in axes])
+    speed = away / [gateway.cycle_s * axis.delay_cycles for axis in axes] if moves else 0.0 * away
+    behind = each(
+        "published",
+        DriveFeedback,
+        of(ONE, lambda f: replace(f, commanded=f.position + away, velocity=speed, enabled=True)),
+    )
+    broken = run.judged(after(moving_at(run), behind), "no drive is left alone")
+    assert (broken is None) == moves
+
+
 @pytest.mark.parametrize("name", PLANTED)
 def test_an_invariant_sees_its_fault(run: Recording, name: str) -> None:
     broken = run.judged(PLANTED[name](run), name)
