@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from robot_agent.trajectory.timing.affine import Numbers
 from robot_agent.trajectory.timing.optimal.banded import solve_banded
-from robot_agent.trajectory.timing.optimal.retiming import Limited, basis, on_windows
+from robot_agent.trajectory.timing.optimal.retiming import Limited, basis, easing, on_windows
 
 _CARRIED = (2, 6, 10)
 """Limits of speed, acceleration and jerk carried along per interval."""
@@ -24,8 +24,8 @@ _MORE = (1, 2, 3)
 _LOOKING_ROUND = 2
 """Every so many steps more limits are carried along where others are exceeded by more than `_UNSEEN`."""
 _UNSEEN = 0.02
-_AGAIN = 0.02
-"""Gap with which the search goes on after tightened limits."""
+_AGAIN = (0.02, 0.1)
+"""Gap, at least and at most, with which the search goes on after tightened limits."""
 _NO_LOSS = 1e-3
 """After tightened limits, which can only cost time, a path that takes so little longer than before is done."""
 _SMALLEST_GAP = 1e-5
@@ -110,14 +110,16 @@ class Search:
         self._slacks = self._plain + self._widening
 
     def tighten(self, excess: Numbers) -> None:
-        """Divide the limits of speed, acceleration and jerk by `excess` `(3, intervals)`."""
+        """Divide the limits of speed, acceleration and jerk by `excess` `(3, intervals)`, and ease the rate there."""
         self.limited = self.limited.tightened(excess)
+        eased = self.c * easing(excess)
+        self.c = np.append(self.c[: self._held], eased[self._held :])
         speed, acceleration, jerk = excess
         self._rows = self._rows * np.repeat(np.stack([speed**2, acceleration, jerk]), self._counts(), axis=0)
         self._arrange()
         most = np.maximum.reduceat(excess.max(axis=0), self.limited.starts)
         self._before_s = self._duration
-        self._complement = np.clip(most - 1.0, _AGAIN, 1.0) * self._before_s / self._size
+        self._complement = np.clip(most - 1.0, *_AGAIN) * self._before_s / self._size
         target = self._complement[self._path_of]
         slacks = self._plain + self._widening
         more = _widened(slacks, np.minimum(_SLACK, np.sqrt(target[:-2])))

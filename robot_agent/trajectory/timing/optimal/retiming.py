@@ -26,6 +26,12 @@ PLACES = np.linspace(0.0, 1.0, 5)
 """Where in each interval the limits are kept."""
 _AROUND = np.array([0.0, 0.125, 0.375, 0.625, 0.875, 1.0])
 """Borders of the parts of an interval around them, for each of which one third derivative of the path stands."""
+_EASED = 8
+"""Intervals on either side of a place where the rate is lowered with it."""
+_FIRMLY = 1.2
+"""The rate is lowered by so many times what the place itself needs, since a dip takes some jerk of its own."""
+_DIP = np.cos(np.pi / 2.0 * np.arange(-_EASED, _EASED + 1) / (_EASED + 1)) ** 2
+_SMOOTHED = np.hanning(_EASED + 3)[1:-1] / np.hanning(_EASED + 3).sum()
 
 
 def basis(places: Numbers) -> Numbers:
@@ -164,6 +170,17 @@ class Limited:
     def excess(self, c: Numbers) -> Numbers:
         """The most that a timing uses in each interval `(3, intervals)` of speed, acceleration and jerk."""
         return np.stack([np.abs(each).max(axis=0) for each in self.use(c)])
+
+
+def easing(use: Numbers) -> Numbers:
+    """What the coefficients of y are multiplied by `(intervals + 2,)` to lower the rate where limits are exceeded.
+
+    It is lowered smoothly around such a place. `use` `(3, intervals)` is what is used of speed, acceleration and jerk.
+    """
+    rate = (use ** (1.0 / np.arange(1.0, 4.0))[:, None]).max(axis=0)
+    dip = np.pad(2.0 * _FIRMLY * np.log(np.maximum(rate, 1.0)), _EASED + 1 + _EASED // 2, mode="edge")
+    dip = (np.lib.stride_tricks.sliding_window_view(dip, len(_DIP)) * _DIP).max(axis=1)
+    return np.asarray(np.exp(-np.convolve(dip, _SMOOTHED, mode="valid")))
 
 
 def _neighbours(s: Numbers) -> Numbers:

@@ -13,7 +13,7 @@ from robot_agent.trajectory.timing.optimal.division import divided
 from robot_agent.trajectory.timing.optimal.initial_law import InitialLaw
 from robot_agent.trajectory.timing.optimal.interior_point import Search
 from robot_agent.trajectory.timing.optimal.reachability import fastest_speeds, times
-from robot_agent.trajectory.timing.optimal.retiming import Limited
+from robot_agent.trajectory.timing.optimal.retiming import Limited, easing
 from robot_agent.trajectory.timing.optimal.timing_law import Fitted, TimingLaw
 from robot_agent.trajectory.timing.path_limits import PathLimits, Rows, TcpSpeeds
 from robot_agent.trajectory.timing.slowdown import slower_by
@@ -50,14 +50,8 @@ _CERTAIN = 1.0005
 _EASABLE = (1.02, 1.05)
 """What has to be so much slower, or less, is not searched again but eased: after the first attempt, after others."""
 _EASINGS = 11
-_EASED = 8
-"""Intervals on either side of a place where the rate is lowered with it."""
 _QUARTERS = 4.0
 """What a stretch allows counts for the joints' speed a quarter of a piece before and after it, too."""
-_FIRMLY = 1.2
-"""The rate is lowered by so many times what the place itself needs, since a dip takes some jerk of its own."""
-_DIP = np.cos(np.pi / 2.0 * np.arange(-_EASED, _EASED + 1) / (_EASED + 1)) ** 2
-_SMOOTHED = np.hanning(_EASED + 3)[1:-1] / np.hanning(_EASED + 3).sum()
 
 
 def fastest(model: Model, path: JointPath, limits: Limits) -> Timed:
@@ -154,10 +148,7 @@ def _eased(model: Model, bounds: PathLimits, best: Timed, law: TimingLaw, used: 
     if best.pieces.duration_s <= _ACCEPTED * law.duration_s:
         return best
     for _ in range(_EASINGS):
-        rate = (used ** (1.0 / np.arange(1.0, 4.0))[:, None]).max(axis=0)
-        dip = np.pad(2.0 * _FIRMLY * np.log(np.maximum(rate, 1.0)), _EASED + 1 + _EASED // 2, mode="edge")
-        dip = (np.lib.stride_tricks.sliding_window_view(dip, len(_DIP)) * _DIP).max(axis=1)
-        law = TimingLaw(law.initial, law.squared * np.exp(-np.convolve(dip, _SMOOTHED, mode="valid")))
+        law = TimingLaw(law.initial, law.squared * easing(used))
         each, k, used = _slowed(model, bounds, law)
         if each.pieces.duration_s < best.pieces.duration_s:
             best = each
