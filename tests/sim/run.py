@@ -24,7 +24,8 @@ _SHORTEST_S = 6.5
 _REST_S = 0.6
 _HEAL_S = 2.0
 """Processes that are down when the faults end are started by then."""
-_LONGEST_BRINGING_BACK_S = 60.0
+_LONGEST_BRINGING_BACK_S, _PROGRAMS_LONG = 60.0, 7.0
+"""At most so long, or so many times as long as the longest program: robots of a row wait for each other one by one."""
 _DRIVES_WAIT_S = (0.0, 0.45)
 """Real drives may have a time-out of their own, or none that matters: then a gateway's own is all there is."""
 _WEATHERS = (
@@ -91,9 +92,10 @@ def run_seed(
     play = Play(Stage(world, judge.facts, staff, set()), plan)
     if look is not None:
         look(world, judge)
+    bringing_back_s = max(_LONGEST_BRINGING_BACK_S, _PROGRAMS_LONG * cell.longest_s)
     broken: Broken | None = None
     try:
-        _run(world, judge, staff, play, _lasting_s(seed, seconds))
+        _run(world, judge, staff, play, _lasting_s(seed, seconds), bringing_back_s)
     except Broken as error:
         broken = error
     coverage.struck(play.struck)
@@ -101,7 +103,7 @@ def run_seed(
     return Outcome(seed, broken, plan, play.struck, duration_s, cell.families, coverage.contended, coverage)
 
 
-def _run(world: World, judge: Judge, staff: Staff, play: Play, lasting_s: float) -> None:
+def _run(world: World, judge: Judge, staff: Staff, play: Play, lasting_s: float, bringing_back_s: float) -> None:
     clock, facts = world.clock, judge.facts
     clock.run_until(facts.start + lasting_s)
     _heal(world, play)
@@ -109,7 +111,7 @@ def _run(world: World, judge: Judge, staff: Staff, play: Play, lasting_s: float)
     for name in world.processes:
         world.start(name)
     staff.endless = False
-    done = clock.run_until(clock.now + _LONGEST_BRINGING_BACK_S, lambda: staff.all_done)
+    done = clock.run_until(clock.now + bringing_back_s, lambda: staff.all_done)
     if not done and not _stuck_together(judge):
         raise Unfinished("everyone is done in the end", clock.now - facts.start, *_unfinished(world, staff))
     staff.working = False
