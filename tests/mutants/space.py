@@ -190,7 +190,7 @@ SPACE = (
                 "        at, other_at = _places(self._rows, asked.ids, self._table), np.arange(len(reserved))\n",
             ),
         ),
-        "why 28 runs do not show it is not known; the tests of Nearness see it",
+        "28 runs of cells with zones do not show it; the rooms without zones of `test_sim_apart.py` do",
     ),
     Mutant(
         "parting-approaches",
