@@ -159,7 +159,8 @@ def test_process_data_flow_in_operational_only_and_one_answer_follows_each_sync(
     assert start < drive[0]
     assert observer.first("heartbeat", "5") < closed
     assert drive[-1] < closed + 3
-    syncs = [place for place, (service, _) in enumerate(observer.seen) if service == "sync" and place > start]
+    syncs = [place for place, (service, _) in enumerate(observer.seen) if service == "sync"]
+    syncs = syncs[max(sum(place < start for place in syncs) - 1, 0) :]  # the one right before may be answered, too
     assert all(sync < answer for sync, answer in zip(syncs, drive, strict=False))
     assert len(drive) >= len(syncs) - 3
 
