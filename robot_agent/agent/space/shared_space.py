@@ -18,6 +18,8 @@ from robot_agent.workspace import FOLLOWING_M, MotionSections, Sweep, of_points,
 _NEAR_S = 2e-9
 """A place so near to the border of two sections is in both."""
 _UNANSWERED = "cleared space"
+_HEADWAY_S = 0.2
+"""In front of the end of what is owned, where another robot is in the way."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,9 +96,10 @@ class SharedSpace:
         motion = _grown(planned.sections, beside_m)
         closed = np.concatenate([[False], ~self._mine(motion.sections), [False]])
         borders = np.flatnonzero(closed[1:] != closed[:-1]).reshape(-1, 2)
-        last = len(closed) - 2
+        last, taus = len(closed) - 2, motion.taus
+        headway_s = _HEADWAY_S if self._refusal else 0.0
         return [
-            ("", Hold(float(motion.taus[first]), self.why, until=np.inf if end == last else float(motion.taus[end])))
+            ("", Hold(float(taus[first]), self.why, np.inf if end == last else float(taus[end]), headway_s))
             for first, end in borders.tolist()
         ]
 

@@ -21,6 +21,8 @@ from robot_agent.trajectory.motion import Motion
 
 _SLOWEST = 1e-4
 """A lower rate counts as 0."""
+_CREEPS = 0.05
+"""A headway asks for no lower rate: a robot comes to the hold in the end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,9 @@ class Hold:
     tau: float
     who: str
     until: float = np.inf
+    headway_s: float = 0.0
+    """The rate is at most such that the hold is so far ahead [s], as in adaptive cruise control: where a hold moves on,
+    the robot goes at its pace instead of stopping in front of each place that it has."""
 
     def __post_init__(self) -> None:
         if not self.tau <= self.until:
@@ -109,12 +114,17 @@ class Governor:
             return way.stop(join, "turning round" if backwards is None else backwards.who)
         if join.cap is not None and not way.keeps_cap(previous, index, join.cap):
             return way.stop(join, join.cap.who)
-        bound, bound_by = min(self._bounds(way, tau, holds), default=(np.inf, ""))
+        bound, bound_by, headway_s = min(self._bounds(way, tau, holds), default=(np.inf, "", 0.0))
         rate = min(abs(lowest.rate), 1.0)
-        return way.towards(join, Goal(rate, lowest.who if rate < 1.0 else "", bound, bound_by))
+        who = lowest.who if rate < 1.0 else ""
+        following = max(_CREEPS, (bound - way.travel.way(tau)) / headway_s) if headway_s > 0.0 else 1.0
+        if following < rate:
+            rate, who = following, bound_by
+        return way.towards(join, Goal(rate, who, bound, bound_by))
 
-    def _bounds(self, way: OneWay, tau: float, holds: Sequence[Hold]) -> list[tuple[float, str]]:
-        """The ways that must not be passed, and who says so: the near end of each interval that is not behind."""
+    def _bounds(self, way: OneWay, tau: float, holds: Sequence[Hold]) -> list[tuple[float, str, float]]:
+        """The ways that must not be passed, who says so, and the headway: the near ends of those that are not behind.
+        """
         if way is self._forwards:
-            return [(hold.tau, hold.who) for hold in holds if tau < hold.until]
-        return [(way.travel.way(hold.until), hold.who) for hold in holds if tau > hold.tau]
+            return [(hold.tau, hold.who, hold.headway_s) for hold in holds if tau < hold.until]
+        return [(way.travel.way(hold.until), hold.who, hold.headway_s) for hold in holds if tau > hold.tau]

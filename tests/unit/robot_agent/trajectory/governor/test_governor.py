@@ -225,6 +225,31 @@ def test_backing_up_stops_behind_what_was_given_up_and_goes_forwards_from_there(
     drive.check()
 
 
+@pytest.mark.parametrize(("rate", "start"), [(1.0, 0.0), (-1.0, 0.9 * LONG.duration_s)])
+def test_with_a_headway_a_robot_goes_at_the_pace_of_what_it_follows(rate: float, start: float) -> None:
+    """What is ahead goes on by a fifth of the planned speed, in steps of 0.1 s."""
+    drive, rates = Drive(LONG, tau=start), list[float]()
+    for step in range(60):
+        ahead = start + rate * (0.2 + 0.2 * 0.1 * (step // 5))
+        hold = Hold(ahead, "left", headway_s=0.2) if rate > 0.0 else Hold(0.0, "left", ahead, headway_s=0.2)
+        drive.take(drive.ask((RateRequest(rate, "override"),), (hold,)))
+        drive.play()
+        rates.append(abs(drive.segment.state(drive.index).rate))
+    assert np.mean(rates[30:]) == pytest.approx(0.2, abs=0.01)
+    assert max(rates[30:]) - min(rates[30:]) < 0.1
+    assert drive.segment.ruled_by == "left"
+    drive.check()
+
+
+def test_a_headway_lets_a_robot_come_to_a_hold_that_stays() -> None:
+    hold = Hold(0.5 * LONG.duration_s, "left", headway_s=0.2)
+    drive = Drive(LONG)
+    drive.run(lambda: drive.standing and drive.tau > 0.1, (hold,))
+    assert hold.tau - 1e-8 < drive.tau <= hold.tau
+    assert drive.segment.ruled_by == "left"
+    drive.check()
+
+
 def test_inside_a_hold_nothing_moves_in_any_direction() -> None:
     drive = Drive(LONG, tau=0.5)
     hold = Hold(0.4, "zone a", until=0.6)
