@@ -44,14 +44,13 @@ def search(mutant: Mutant | None, bench: Bench) -> Found:
     with tempfile.TemporaryDirectory(prefix="mutant-") as folder:
         tree, report = Path(folder) / "tree", Path(folder) / "report.json"
         plant(mutant, tree)
-        command = [sys.executable, "-m", bench.module, "--seeds", f"0:{bench.runs}"]
-        command += ["--stop-at-first", "--json", str(report)]
+        command = [sys.executable, *bench.command, "--stop-at-first", "--json", str(report)]
         environment = os.environ | {"PYTHONPATH": str(tree), "OPENBLAS_NUM_THREADS": "1"}
         limited = ["prlimit", f"--cpu={_HANGS_S}", f"--as={_MOST_BYTES}", *command]
         done = subprocess.run(limited, cwd=tree, env=environment, capture_output=True, text=True, check=False)
         took_s = time.monotonic() - began
         if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
-            return Found("the run does not end", bench.runs, 0.0, took_s)
+            return Found("the run does not end", 0, 0.0, took_s)
         if not report.exists():
             last = (done.stderr.strip().splitlines() or ["nothing was said"])[-1]
             return Found(f"the cell does not start: {last}", 0, 0.0, took_s)

@@ -19,10 +19,12 @@ class Edit:
 
 
 class Bench(Enum):
-    """Where a fault is looked for: a module with seeds, and how many."""
+    """Where a fault is looked for: a module with seeds, how many, and which."""
 
     CELL = "tests.sim.search", 20
     """Whole generated cells."""
+    ROOM = "tests.sim.search", 192, "--rooms"
+    """Whole generated cells without zones; one in eight is one, so these are 24 runs."""
     LINE = "tests.sim.space_checker", 20_000
     """Two robots on a line of places: for the rules of cleared space that need more messages to be lost than cells
     do."""
@@ -32,9 +34,8 @@ class Bench(Enum):
     BODY = "tests.sim.body_checker", 160
     """One body at a time among things and spaces, against brute force."""
 
-    def __init__(self, module: str, runs: int) -> None:
-        self.module = module
-        self.runs = runs
+    def __init__(self, module: str, seeds: int, *options: str) -> None:
+        self.command = ("-m", module, "--seeds", f"0:{seeds}", *options)
 
 
 @dataclass(frozen=True, slots=True)

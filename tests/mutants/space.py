@@ -7,7 +7,6 @@ LEDGER = "cell/manager/separation/ledger.py"
 ASSURANCES = "cell/manager/separation/assurances.py"
 NEARNESS = "cell/manager/separation/nearness.py"
 OWNED = "robot_agent/agent/space/owned_space.py"
-SHARED = "robot_agent/agent/space/shared_space.py"
 SECTIONS = "robot_agent/workspace/sections.py"
 DOING = "robot_agent/agent/step/doing.py"
 
@@ -80,12 +79,12 @@ SPACE = (
         "a new agent does not learn from its claim which managers are over",
         (
             Edit(
-                SHARED,
-                "            self._owned = OwnedSpace(owner, max(epoch, self._owned.epoch))",
-                "            self._owned = OwnedSpace(owner, self._owned.epoch)",
+                OWNED,
+                "        return type(self)(owner, max(epoch, self.epoch))",
+                "        return type(self)(owner, self.epoch)",
             ),
         ),
-        "one manager lives at a time in these cells; the tests of SharedSpace see it",
+        bench=Bench.LINE,
     ),
     Mutant(
         "thrown-away-comes-back",
@@ -117,7 +116,7 @@ SPACE = (
                 "import numpy as np\n\nfrom cell.messages import Body, Presence\n",
             ),
         ),
-        "nobody comes near while a drive has failed in 20 runs; the tests of Ledger see it",
+        bench=Bench.ROOM,
     ),
     # Operators' words
     Mutant(
@@ -130,7 +129,7 @@ SPACE = (
                 "            return None\n",
             ),
         ),
-        "nobody says in these cells where a robot stays; the tests of Assurances see it",
+        bench=Bench.ROOM,
     ),
     Mutant(
         "stored-word-at-once",
@@ -142,14 +141,15 @@ SPACE = (
                 "            elif robot in self._stored:\n",
             ),
         ),
-        "nobody says in these cells where a robot stays; the tests of Assurances see it",
+        "a new manager has to start while the robot it speaks of is cut off and owns more than the box; the tests of Assurances see it",
+        bench=Bench.ROOM,
     ),
     # How space is cut, and measured
     Mutant(
         "no-stray",
         "sections have no room for a quick stop that leaves the path",
         (Edit(SECTIONS, "    radii = path.radii + stray\n", "    radii = path.radii + 0.0 * stray\n"),),
-        "the margin hides it in 20 runs; the tests of sections see it",
+        bench=Bench.ROOM,
     ),
     Mutant(
         "no-chord",
@@ -167,6 +167,7 @@ SPACE = (
         "sections have no room for what a robot follows behind",
         (Edit(SECTIONS, "    return of_points(points, radii + FOLLOWING_M)", "    return of_points(points, radii)"),),
         "simulated drives are behind along the path, not beside it; the tests of sections see it",
+        bench=Bench.ROOM,
     ),
     Mutant(
         "margin-forgotten",
@@ -178,6 +179,7 @@ SPACE = (
                 "        return 0.0 * self._margins_m.get(frozenset((robot, other)), self._margin_m)",
             ),
         ),
+        bench=Bench.ROOM,
     ),
     Mutant(
         "distance-of-another-section",
@@ -190,7 +192,7 @@ SPACE = (
                 "        at, other_at = _places(self._rows, asked.ids, self._table), np.arange(len(reserved))\n",
             ),
         ),
-        "28 runs of cells with zones do not show it; the rooms without zones of `test_sim_apart.py` do",
+        bench=Bench.ROOM,
     ),
     Mutant(
         "parting-approaches",
@@ -202,24 +204,28 @@ SPACE = (
                 "        np.minimum.at(kept, (near.link, near.other_link), near.distance - 0.1)",
             ),
         ),
-        "drives that fail hardly ever leave two robots too near; the tests of Nearness see it",
+        "robots that are pushed or fail seldom end nearer than their margin; the tests of Nearness see it",
+        bench=Bench.ROOM,
     ),
     # Who keeps to it
     Mutant(
         "no-hold-at-the-end",
         "an agent does not slow down in front of the end of what it owns",
         (Edit(DOING, _HOLDS, _NO_HOLDS),),
+        bench=Bench.ROOM,
     ),
     Mutant(
         "sends-without-a-look",
         "an agent sends a block without a look at what it owns",
         (Edit(CORE, _LOOK, "        return True"),),
         "the hold at the end of what it owns leads no block farther; this look is the second one",
+        bench=Bench.ROOM,
     ),
     Mutant(
         "sends-into-the-unowned",
         "an agent neither holds at the end of what it owns nor looks at that before it sends",
         (Edit(CORE, _LOOK, "        return True"), Edit(DOING, _HOLDS, _NO_HOLDS)),
+        bench=Bench.ROOM,
     ),
     Mutant(
         "rear-by-the-command",
@@ -231,6 +237,7 @@ SPACE = (
                 "        spans = self.timeline.spans(feedback.tick, candidate)\n        pieces = ",
             ),
         ),
+        bench=Bench.ROOM,
     ),
     Mutant(
         "rear-by-the-way-back",
@@ -243,12 +250,14 @@ SPACE = (
             ),
         ),
         "the following budget covers it in most rooms; `test_agent_kept_apart.py` measures the room that is left",
+        bench=Bench.ROOM,
     ),
     Mutant(
         "back-in-what-it-left",
         "on the way back a robot is taken to be on the way there again, which it has given back",
         (Edit(CORE, "        executive.leave(passed)\n", ""),),
         "a path has to come back within the lag of its robot; `test_agent_kept_apart.py` shows it there",
+        bench=Bench.ROOM,
     ),
     Mutant(
         "jog-is-not-held",
@@ -261,5 +270,6 @@ SPACE = (
             ),
         ),
         "the look before a block is sent holds a jog, too",
+        bench=Bench.ROOM,
     ),
 )

@@ -1,7 +1,8 @@
 """Generated cells: robots of several families around zones that they contend for, and programs for them.
 
 The same seed gives the same cell. What is drawn passes `cell check`; a cell whose robots never ask for one zone at
-overlapping times is drawn again.
+overlapping times is drawn again. In a room these zones are left out of the cell in the end, and the manager keeps the
+robots apart that go there.
 """
 
 import atexit
@@ -27,14 +28,17 @@ from tests.sim.volume import Volume
 
 MODELS = Path(__file__).parents[2] / "cell_configs" / "models"
 _MOST_DRAWS = 600
-_ROW_EVERY, _SHORTER_AFTER = 8, 150
-"""Every eighth cell is a row of three to six robots; of one robot less after so many draws that are refused."""
+_OF, _ROOM, _ROW = 8, 5, 7
+"""Of eight cells, which is a room and which a row of three to six robots."""
+_SHORTER_AFTER = 150
+"""A row has one robot less after so many draws that are refused."""
 _LONGEST_S = 9.0
 """Of motion, of a program; twice as long in a row, where robots visit two zones."""
 _ASKED_S = 0.6
 """So long before it enters a zone a robot asks for it."""
 _KEPT_APART = 0.4
-"""Share of the cells that keep their robots apart, where these are so much farther apart than the margin at home:"""
+"""Share of the other cells that keep their robots apart, where these are so much farther apart than the margin at home:
+"""
 _ROOM_MM = 60.0
 _NARROW = 0.6
 """There zones are so much narrower: who has passed one is in the way of those who wait on its other side."""
@@ -112,7 +116,12 @@ def _drawn(number: int, rng: random.Random, links: int) -> GeneratedCell | None:
     if worth is None:
         return None
     longest_s, paths = worth
-    if margin_mm is not None and _rests_apart_m(paths) >= (margin_mm + _ROOM_MM) / 1000.0:
+    apart = margin_mm is not None and _rests_apart_m(paths) >= (margin_mm + _ROOM_MM) / 1000.0
+    if is_room(number):
+        if not apart or _least_m(paths) > 0.0:
+            return None
+        text = _without_zones(text)
+    if apart and margin_mm is not None:
         bundle = _kept_apart(folder / "cell.yaml", text, margin_mm)
     families = tuple(robot.family for robot in robots)
     return GeneratedCell(number, bundle, families, tuple(cycles.values()), longest_s)
@@ -147,7 +156,7 @@ def _layout(rng: random.Random, narrow: float) -> tuple[list[_Zone], list[_Robot
 
 def _links(number: int, draw: int) -> int:
     """Between robots in a row; 0 for another layout. Drawn anew each time, the long rows would hardly ever come."""
-    if number % _ROW_EVERY != _ROW_EVERY - 1:
+    if number % _OF != _ROW:
         return 0
     return max(2, random.Random(f"links {number}").choice([2, 3, 4, 5]) - draw // _SHORTER_AFTER)
 
@@ -350,11 +359,21 @@ def _contention(bundle: CellBundle, most_s: float) -> tuple[float, list[_Path]] 
     return (longest_s, paths) if meets else None
 
 
+def is_room(number: int) -> bool:
+    """Whether nothing but the manager's look at their bodies keeps the robots of this cell apart."""
+    return number % _OF == _ROOM
+
+
 def _margin_mm(number: int) -> float | None:
     """Some cells keep their robots apart; drawn by itself, so that the others are what they are."""
     rng = random.Random(f"separation {number}")
     margin_mm = rng.choice([10.0, 30.0, 60.0])
-    return margin_mm if rng.random() < _KEPT_APART else None
+    return margin_mm if is_room(number) or rng.random() < _KEPT_APART else None
+
+
+def _without_zones(text: str) -> str:
+    before, _, after = text.partition("zones:\n")
+    return before + after[after.index("times:") :]
 
 
 def _kept_apart(file: Path, text: str, margin_mm: float) -> CellBundle:
@@ -362,6 +381,16 @@ def _kept_apart(file: Path, text: str, margin_mm: float) -> CellBundle:
     bundle, problems = check_cell(file)
     assert bundle is not None, problems
     return bundle
+
+
+def _least_m(paths: Sequence[_Path]) -> float:
+    """The least distance of two robots if each could be anywhere on its path, 0.2 s from place to place [m]."""
+    least = math.inf
+    for one, other in itertools.combinations(paths, 2):
+        for points in one.points[::5]:
+            away = capsule_distance(points[:, None], one.radii[:, None], other.points[::5, None], other.radii)
+            least = min(least, float(away[..., one.moves[:, None] & other.moves].min()))
+    return least
 
 
 def _rests_apart_m(paths: Sequence[_Path]) -> float:

@@ -7,6 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from cell.messages import (
+    Clearance,
     DriveFeedback,
     Event,
     ManagerState,
@@ -18,7 +19,7 @@ from cell.messages import (
     ZoneState,
 )
 from drive_gateway.gateway.playout.joining import Refusal
-from tests.sim.faults import KINDS, MOMENTS, ORDERS, Item
+from tests.sim.faults import KINDS, MOMENTS, ORDERS, ROOM_MOMENTS, Item, meets_another
 from tests.sim.judge.facts import Facts
 from tests.sim.world import World
 
@@ -75,6 +76,9 @@ class Coverage:
                 self.events.append(f"{at_s:8.3f} {message.source:16s} {message.code:16s} {message.text}")
                 if message.code == "block_refused":
                     self.counts[f"refusal {message.text.partition('refused (')[2].partition(')')[0]}"] += 1
+            case Clearance() if meets_another(message):
+                self.counts["room refused"] += 1
+                self.contended |= not self._facts.cell.zones
             case Presence():
                 for zone in message.wants:
                     wanting = self._wanting.setdefault(zone, set())
@@ -128,7 +132,7 @@ def must_be_seen() -> set[str]:
         *(f"mode {way}" for way in _MODE_WAYS),
         *(f"refusal {refusal.value}" for refusal in _REFUSALS),
         *(f"fault {kind.kind}" for kind in KINDS),
-        *(f"moment {moment}" for moment in MOMENTS),
+        *(f"moment {moment}" for moment in {*MOMENTS, *ROOM_MOMENTS}),
         *(f"order {order}" for order in ORDERS),
         *(f"event {code}" for code in event_codes() - ELSEWHERE.keys()),
     }

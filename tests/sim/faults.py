@@ -9,7 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+import numpy as np
+
+from cell.geometry import capsule_distance
 from cell.messages import (
+    Clearance,
     ClearZone,
     Confinement,
     ConfineRobot,
@@ -55,10 +59,14 @@ _UNHEARD_S = 1.5
 _CROWDED_S = 0.1
 _COMES_S, _BLOCKED_S, _SILENT_S = 12.0, 0.3, 0.8
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
+_PUSHES, _OFF_WITHIN_S, _NEAR_M = 0.2, 3.0, 0.02
+"""[rad/s or m/s] by hand; so long [s] until the drives are off; no push goes on so near to another robot."""
 _CONFINED_M = 0.05
 """So much larger than the robot is the box of which an operator says that it stays there."""
 MOMENTS = ("enters", "is inside", "leaves", "is granted", "asks", "moves fast", "brakes", "begins to move")
 """Of a robot."""
+ROOM_MOMENTS = ("is cleared", "is refused", "waits for another", *MOMENTS[5:])
+"""Of a robot in a cell without zones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -391,6 +399,56 @@ class Sags(Item):
 
 
 @dataclass(frozen=True, slots=True)
+class Pushed(Item):
+    """An operator switches a robot off and pushes it by hand: its first axis, until it is `far` away or comes near
+    another one."""
+
+    kind: ClassVar[str] = "pushed"
+    by: str
+    robot: str
+    far: float
+    """[rad or m], with its sign."""
+
+    def strike(self, stage: Stage) -> float:
+        world, to = stage.world, f"robot/{self.robot}"
+        lasts_s = _OFF_WITHIN_S + abs(self.far) / _PUSHES
+        stage.staff.leave_alone(self.robot, lasts_s)
+        world.operate(to, Halt(), self.by)
+        world.clock.after(0.6, world.operate, to, Disable(), self.by)
+        self._look(stage, stage.facts.now + _OFF_WITHIN_S)
+        return lasts_s
+
+    def _look(self, stage: Stage, until: float) -> None:
+        facts = stage.facts
+        feedback = facts.feedback.get(self.robot)
+        if feedback is not None and not feedback.enabled and not facts.moving(self.robot):
+            self._push(stage, abs(self.far))
+        elif facts.now < until:
+            stage.world.clock.after(_SLIPS_EVERY_S, self._look, stage, until)
+
+    def _push(self, stage: Stage, left: float) -> None:
+        facts, world, gateway = stage.facts, stage.world, stage.facts.gateway_of(self.robot)
+        feedback = facts.feedback[self.robot]
+        if left <= 0.0 or feedback.enabled or self._near(facts):
+            return
+        facts.hindered_until[self.robot] = facts.slips_until[self.robot] = facts.now + 1.0
+        axis = world.bundle.gateways[gateway.partition("/")[2]].robots[self.robot].axes[0]
+        step = _PUSHES * _SLIPS_EVERY_S
+        counts = round(np.sign(self.far) * step * abs(axis.counts_per_unit))
+        world.buses[gateway].nodes[axis.node_id].drives[axis.number - 1].servo.jump(counts)
+        world.clock.after(_SLIPS_EVERY_S, self._push, stage, left - step)
+
+    def _near(self, facts: Facts) -> bool:
+        """Whether it would soon hit another one."""
+        points, radii = self._body(facts, self.robot)
+        others = (self._body(facts, other) for other in facts.robots if other != self.robot)
+        return any(float(capsule_distance(points[:, None], radii[:, None], *its).min()) < _NEAR_M for its in others)
+
+    def _body(self, facts: Facts, robot: str) -> tuple[np.ndarray, np.ndarray]:
+        return facts.points(robot, facts.measured(robot)[None])[0], facts.world.models[robot].capsule_radii
+
+
+@dataclass(frozen=True, slots=True)
 class JournalFails(Item):
     """The manager dies, and finds its journal lost, or older than it was."""
 
@@ -676,10 +734,11 @@ class Confine(Item):
     by: str
     robot: str
     down_s: float
+    said_s: float
 
     def strike(self, stage: Stage) -> float:
         lasts_s = Kill(0.0, None, f"robot/{self.robot}", self.down_s).strike(stage)
-        stage.world.clock.after(0.8 * self.down_s, self._say, stage)
+        stage.world.clock.after(self.said_s, self._say, stage)
         return lasts_s
 
     def _say(self, stage: Stage) -> None:
@@ -695,7 +754,7 @@ class Confine(Item):
 
 
 KINDS: tuple[type[Item], ...] = (
-    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, BusTrouble, BlockedInFront, Sags,
+    Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, BusTrouble, BlockedInFront, Sags, Pushed,
     JournalFails, JournalFull, ClockStep,
     Order, JogPress, Waver, LateOrder, Hasty, ZoneOrder, ResetStop, Switch, Force, Confine,
     Strays, SaidAgain, FalsePresence, Guest, Crowd, SecondAgent,
@@ -720,11 +779,13 @@ THEMES: tuple[dict[str, int], ...] = (
 def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, ...]:
     """What befalls the cell within `lasting_s` of the start; the later part is left to what waits for its moment."""
     rng = random.Random(f"plan {seed}")
-    theme = rng.choices(THEMES, [6, 1, 1, 1, 1])[0]
+    theme, zones = rng.choices(THEMES, [6, 1, 1, 1, 1])[0], cell.bundle.cell.zones
+    if not zones:
+        theme = {what: share for what, share in theme.items() if what != "zone"}
     items: list[Item] = []
-    for _ in range(rng.choice([3, 5, 6, 8])):
+    for _ in range(rng.choice([3, 5, 6, 8] if zones else [2, 3, 4])):
         robot, at_s = rng.choice(sorted(cell.bundle.cell.robots)), rng.uniform(0.5, 0.7 * lasting_s)
-        what = rng.choices(MOMENTS, [2, 2, 2, 3, 2, 1, 1, 1])[0]
+        what = rng.choices(*((MOMENTS, [2, 2, 2, 3, 2, 1, 1, 1]) if zones else (ROOM_MOMENTS, [2, 3, 3, 2, 2, 1])))[0]
         # What comes together is worse than what comes alone.
         for _ in range(rng.choice([1, 1, 2])):
             moment = Moment(robot, what, rng.choice([0.0, rng.uniform(0.0, 0.3), rng.uniform(0.2, 0.6)]))
@@ -737,8 +798,16 @@ def draw_plan(seed: int, cell: GeneratedCell, lasting_s: float) -> tuple[Item, .
     at_s, moment = rng.uniform(0.5, 0.6 * lasting_s), Moment(it, rng.choice(["moves fast", "begins to move"]))
     if seed % 4 == 1:
         items.append(Force(at_s, moment, by, it, rng.random() < 0.5, rng.uniform(0.2, 3.0)))
+    elif seed % 4 == 3 and zones:
+        down_s = rng.uniform(1.5, 3.0)
+        items.append(Confine(at_s, moment, by, it, down_s, 0.8 * down_s))
     elif seed % 4 == 3:
-        items.append(Confine(at_s, moment, by, it, rng.uniform(1.5, 3.0)))
+        # While another one wants its room.
+        other = rng.choice(sorted(cell.bundle.cell.robots.keys() - {it}))
+        items.append(Confine(0.5, Moment(other, "is refused"), by, it, rng.uniform(3.0, 5.0), 1.0))
+    elif not zones:
+        far = rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.4)
+        items.append(Pushed(at_s, Moment(it, rng.choice(["is refused", "moves fast"])), by, it, far))
     return tuple(sorted(items, key=lambda item: item.at_s))
 
 
@@ -805,10 +874,16 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         jog,
         bus,
     )
-    always = [
+    always: list[Item] = [
         Strays(*when(0.6), robot()),
         SecondAgent(*when(0.6), robot()),
         LateOrder(*when(0.8), rng.choice(OPERATORS), robot()),
+    ]
+    if not cell.bundle.cell.zones:
+        what = rng.choice(["blocked", "deaf"])
+        always += [DriveFails(when(0.3)[0], Moment(it, "is refused"), it, None, what, _BLOCKED_S) for it in robots[:2]]
+        return always + [turns[(seed + k) % len(turns)]() for k in (0, 7)]
+    always += [
         BlockedInFront(*when(0.3), robot(), 2, False, 0.3),
         *(BlockedInFront(*when(0.3), each, 4, True, rng.uniform(0.15, 0.4)) for each in robots[:2]),
     ]
@@ -897,6 +972,11 @@ def _order(rng: random.Random, when: tuple[float, Moment | None], by: str, robot
 # Running it
 
 
+def meets_another(clearance: Clearance) -> bool:
+    """Whether the robot is refused room for where another one is, or is to go."""
+    return clearance.refused is not None and clearance.refused.text.startswith(clearance.robot)
+
+
 class Play:
     """Lets the items of a plan happen."""
 
@@ -909,6 +989,8 @@ class Play:
         self._touched: dict[str, frozenset[str]] = {}
         self._asked: dict[str, frozenset[str]] = {}
         self._states: dict[str, RobotState] = {}
+        for name in OPERATORS:
+            stage.world.operator(name)  # who watches from the beginning: nobody is answered who has heard nothing yet
         for item in plan:
             stage.world.clock.after(item.at_s, self._due, item)
         stage.world.on_published.append(self._look)
@@ -940,7 +1022,9 @@ class Play:
             return
         facts = self._stage.facts
         role, _, robot = name.partition("/")
-        if isinstance(message, RobotState):
+        if isinstance(message, Clearance):
+            self._clearance(message)
+        elif isinstance(message, RobotState):
             self._state(robot, message)
             shown = facts.shown.get(robot)
             if shown is not None:
@@ -958,6 +1042,12 @@ class Play:
                 if any(facts.manager.zones[zone].state is ZoneState.OCCUPIED for zone in held):
                     self._happens(each, "is inside")
 
+    def _clearance(self, clearance: Clearance) -> None:
+        if meets_another(clearance):
+            self._happens(clearance.robot, "is refused")
+        elif clearance.cleared:
+            self._happens(clearance.robot, "is cleared")
+
     def _presence(self, robot: str, touched: frozenset[str]) -> None:
         before = self._touched.get(robot, touched)
         self._touched[robot] = touched
@@ -973,6 +1063,8 @@ class Play:
         slow = 0.0 if before is None else before.tcp_speed_m_s or 0.0
         if state.mode is Mode.RUNNING and speed > 0.4:
             self._happens(robot, "moves fast")
+        if state.waiting_for.startswith(robot) and (before is None or not before.waiting_for):
+            self._happens(robot, "waits for another")
         if before is not None and before.mode is Mode.RUNNING and state.mode is not Mode.RUNNING and speed > 0.02:
             self._happens(robot, "brakes")
         if slow == 0.0 < speed:

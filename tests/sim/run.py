@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
 from cell.messages import Mode, ZoneState
-from tests.sim.cells import GeneratedCell, generated_cell
+from tests.sim.cells import GeneratedCell, generated_cell, is_room
 from tests.sim.coverage import Coverage
 from tests.sim.faults import Item, Play, Stage, draw_plan
 from tests.sim.judge import Broken, Judge
@@ -70,8 +70,9 @@ def plan_of(seed: int, seconds: float) -> tuple[Item, ...]:
 
 
 def _lasting_s(seed: int, seconds: float) -> float:
-    """How long faults may strike."""
-    return max(_SHORTEST_S, seconds * random.Random(f"length {seed}").choice([0.25, 0.3, 0.35, 0.5, 0.7]))
+    """How long faults may strike; longer in a room, where it takes some time until robots meet."""
+    shares = [0.6, 0.8] if is_room(seed // SEEDS_PER_CELL) else [0.25, 0.3, 0.35, 0.5, 0.7]
+    return max(_SHORTEST_S, seconds * random.Random(f"length {seed}").choice(shares))
 
 
 def run_seed(

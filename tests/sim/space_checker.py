@@ -149,8 +149,8 @@ class Agent:
     robot: int
     boot: str
     goal: int
+    space: OwnedSpace
     owner: int = 0
-    space: OwnedSpace = field(default_factory=lambda: OwnedSpace(0, 0))
     newest: Feedback | None = None
     told: int = -1
     sent: int = 0
@@ -188,7 +188,7 @@ class Agent:
             if self.owner == 0:
                 self.inbox = []
                 return False
-            self.space = self.line.rules.space(self.owner, gateway.epoch)
+            self.space = self.space.claimed(self.owner, gateway.epoch)
             self.inbox = [message for message in self.inbox if isinstance(message, Clearance)]
             self.newest, self.told, self.sent = None, gateway.told, 0
         return True
@@ -282,7 +282,7 @@ class Line:
         self.moves = self.now = 0
 
     def _agent(self, robot: int) -> Agent:
-        return Agent(self, robot, f"a{self.rng.random()}", self.rng.randrange(PLACES))
+        return Agent(self, robot, f"a{self.rng.random()}", self.rng.randrange(PLACES), self.rules.space(0, 0))
 
     def _manager(self) -> Manager:
         boot = f"m{self.epoch}"

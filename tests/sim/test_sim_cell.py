@@ -6,7 +6,7 @@ A seed that fails is run again, and made small, with: python -m tests.sim.search
 
 import pytest
 
-from tests.sim.cells import _links, generated_cell
+from tests.sim.cells import _links, generated_cell, is_room
 from tests.sim.coverage import event_codes, must_be_seen
 from tests.sim.run import Outcome, run_seed
 from tests.sim.search import replay_command
@@ -50,6 +50,14 @@ def test_every_eighth_cell_is_a_row_of_three_to_six_robots() -> None:
     row = generated_cell(23).bundle.cell
     assert len(row.robots) == 3
     assert sorted(zone.robots for zone in row.zones.values()) == [("r0", "r1"), ("r1", "r2")]
+
+
+def test_every_eighth_cell_is_a_room_where_robots_meet_without_zones() -> None:
+    room = generated_cell(5).bundle.cell
+    assert is_room(5)
+    assert not room.zones
+    assert room.separation is not None
+    assert good(20, 12.0).contended
 
 
 def test_what_must_be_seen_is_found_in_the_sources() -> None:

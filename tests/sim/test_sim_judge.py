@@ -11,9 +11,11 @@ import pytest
 from cell.core import Request
 from cell.messages import (
     AdoptZone,
+    Assurance,
     AxisStatus,
     Call,
     Clearance,
+    Confinement,
     Continue,
     DriveFeedback,
     Estop,
@@ -452,6 +454,13 @@ def owned_too_near(run: Recording) -> Change:
     return after(moving_at(run, LEFT), each("published", Presence, of(RIGHT, lambda p: replace(p, way=grown(p.way)))))
 
 
+def boxed_where_others_go(run: Recording) -> Change:
+    """The manager calls the other one confined to a box in the way of this one, and clears that."""
+    word = Assurance("anna", Confinement((3.0, 3.0, 3.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0)))
+    said = each("published", ManagerState, lambda m: replace(m.what, assured={RIGHT: word}))
+    return after(moving_at(run, LEFT), said)
+
+
 def says_not_for_whom(_: Recording) -> Change:
     return each("published", RobotState, of(LEFT, lambda s: replace(s, waiting_for="cleared space")))
 
@@ -515,6 +524,7 @@ PLANTED_KEPT_APART: dict[str, Callable[[Recording], Change]] = {
     "what is queued is reserved": space_given_away,
     "owned space was cleared": nothing_cleared,
     "owned space is kept apart": owned_too_near,
+    "nobody is cleared into a box": boxed_where_others_go,
     "says for whom it waits": says_not_for_whom,
 }
 

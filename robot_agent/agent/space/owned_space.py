@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Sequence
+from typing import Self
 
 from cell.messages.sections import Clearance
 
@@ -23,6 +24,10 @@ class OwnedSpace:
         """Of what is owned."""
         self._asked: OrderedDict[int, tuple[int, ...]] = OrderedDict()
         """By sequence of a presence, what it asked for."""
+
+    def claimed(self, owner: int, epoch: int) -> Self:
+        """Of a new claim, which owns nothing; what earlier managers cleared stays over."""
+        return type(self)(owner, max(epoch, self.epoch))
 
     def heard_epoch(self, epoch: int) -> None:
         """A manager of this epoch lives; a newer one counts its clearances anew."""

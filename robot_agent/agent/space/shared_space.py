@@ -61,7 +61,7 @@ class SharedSpace:
     def claimed(self, owner: int, epoch: int) -> None:
         """The robot is owned under a new claim; `epoch` is the highest of a manager that its gateway knows."""
         if owner != self._owned.owner:
-            self._owned = OwnedSpace(owner, max(epoch, self._owned.epoch))
+            self._owned = self._owned.claimed(owner, epoch)
             self._way, self._refusal = Sections(), ""
 
     def heard_manager(self, state: ManagerState) -> None:

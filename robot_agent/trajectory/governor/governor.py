@@ -123,8 +123,7 @@ class Governor:
         return way.towards(join, Goal(rate, who, bound, bound_by))
 
     def _bounds(self, way: OneWay, tau: float, holds: Sequence[Hold]) -> list[tuple[float, str, float]]:
-        """The ways that must not be passed, who says so, and the headway: the near ends of those that are not behind.
-        """
+        """The near ends of the holds that are not behind: way, who says so, headway."""
         if way is self._forwards:
             return [(hold.tau, hold.who, hold.headway_s) for hold in holds if tau < hold.until]
         return [(way.travel.way(hold.until), hold.who, hold.headway_s) for hold in holds if tau > hold.tau]

@@ -195,7 +195,7 @@ class Facts:
         self._aware_at: dict[str, float] = {}
         """When the agent of a robot was last told where the robot is."""
         self.slips_until: dict[str, float] = {}
-        """Until when the brake of one of a robot's drives slips."""
+        """Until when the brake of one of a robot's drives slips, or somebody pushes the robot."""
         self.silenced: dict[str, tuple[float, float]] = {}
         """Since when and until when the node of one of a robot's drives is off the bus."""
         self.journal_spoilt = False

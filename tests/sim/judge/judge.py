@@ -67,6 +67,7 @@ ALL: tuple[type[Invariant], ...] = (
     room.QueueIsReserved,
     room.OwnedIsCleared,
     room.OwnedKeptApart,
+    room.BoxesAreLeftAlone,
     room.SaysForWhom,
 )
 

@@ -386,6 +386,59 @@ class OwnedKeptApart(Invariant):
         return np.array([k >= len(body) or body[k].link != 0 for k in range(count)])
 
 
+class BoxesAreLeftAlone(Invariant):
+    """While an operator's word holds in which box a robot stays, no other one is cleared into that box."""
+
+    name = "nobody is cleared into a box"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._ways: dict[tuple[str, int, int], Sections] = {}
+        """What was asked for, by robot, claim and sequence of its presence."""
+        self._boxes: dict[str, Box] = {}
+        self._entered: list[tuple[str, str]] = []
+        """Since the manager's newest state: who was cleared into whose box. The word may have ended just before."""
+
+    @property
+    def published(self) -> Handlers:
+        if self.facts.cell.separation is None:
+            return {}
+        return {Presence: self._said, Clearance: self._answered, ManagerState: self._holds}
+
+    def _said(self, _: str, presence: Presence) -> None:
+        self._ways[presence.robot, presence.owner, presence.sequence] = presence.way.sections[presence.way.owned :]
+
+    def _answered(self, _: str, clearance: Clearance) -> None:
+        asked = self._ways.get((clearance.robot, clearance.owner, clearance.presence))
+        if asked is None or not clearance.cleared:
+            return
+        for confined, box in self._boxes.items():
+            if confined != clearance.robot and _reach_into(
+                asked[: clearance.cleared], self._moving(clearance.robot), box
+            ):
+                self._entered.append((clearance.robot, confined))
+
+    def _moving(self, robot: str) -> list[int]:
+        return [k for k, each in enumerate(self.facts.world.models[robot].body) if each.link != 0]
+
+    def _holds(self, _: str, state: ManagerState) -> None:
+        boxes = {name: each.box for name, each in state.assured.items() if each.box is not None}
+        for robot, confined in self._entered:
+            if confined in boxes:
+                self.broken(robot, f"it is cleared into the box in which {confined} stays")
+        self._entered.clear()
+        self._boxes = {name: Box.at(box.size_m, box.position_m, box.quaternion_xyzw) for name, box in boxes.items()}
+
+
+def _reach_into(sections: Sections, capsules: list[int], box: Box) -> bool:
+    """Whether one of these capsules of a section touches the inside of a box, by places along its axis."""
+    pose, half = box.pose_world_box, 0.5 * box.size
+    ends = sections.points[:, capsules].astype(float)
+    places = ends[..., :1, :] + np.linspace(0.0, 1.0, 33)[:, None] * (ends[..., 1:, :] - ends[..., :1, :])
+    away = np.maximum(np.abs((places - pose[:3, 3]) @ pose[:3, :3]) - half, 0.0)
+    return bool((np.linalg.norm(away, axis=-1).min(axis=-1) < sections.radii[:, capsules] - _TOLERANCE_M).any())
+
+
 def _boxes(sections: Sections) -> tuple[Floats, Floats]:
     """Around each capsule, `(s, c, 3)` each [m]."""
     low = sections.points.min(axis=2) - sections.radii[..., None]

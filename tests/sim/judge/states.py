@@ -139,6 +139,8 @@ class ModeIsTheCase(Invariant):
             told_s = inf if told is None else told.message.stop_time_s
             since, told_s = self._began[sample.robot] = sample.mode_since, told_s
         since_s = sample.at - since
+        if sample.at < self.facts.slips_until.get(sample.robot, 0.0):
+            return
         if sample.mode in _STILL and sample.moving and since_s > min(self._LONGEST_S, told_s + self._LATER_S):
             self.broken(sample.robot, f"it moves, and has been {sample.mode.value} for {since_s:.2f} s", sample.at)
 
