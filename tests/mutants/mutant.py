@@ -23,8 +23,8 @@ class Bench(Enum):
 
     CELL = "tests.sim.search", 20
     """Whole generated cells."""
-    ROOM = "tests.sim.search", 192, "--rooms"
-    """Whole generated cells without zones; one in eight is one, so these are 24 runs."""
+    ROOM = "tests.sim.search", 128, "--rooms"
+    """Whole generated cells without zones; one in eight is one, so these are 16 runs."""
     LINE = "tests.sim.space_checker", 20_000
     """Two robots on a line of places: for the rules of cleared space that need more messages to be lost than cells
     do."""

@@ -84,7 +84,8 @@ SPACE = (
                 "        return type(self)(owner, self.epoch)",
             ),
         ),
-        bench=Bench.LINE,
+        "an old manager has to hear this robot and not the other one; the tests of SharedSpace see it",
+        bench=Bench.ROOM,
     ),
     Mutant(
         "thrown-away-comes-back",
@@ -141,7 +142,7 @@ SPACE = (
                 "            elif robot in self._stored:\n",
             ),
         ),
-        "a new manager has to start while the robot it speaks of is cut off and owns more than the box; the tests of Assurances see it",
+        "a manager has to start while that robot is cut off and owns more than its box; the tests of Assurances see it",
         bench=Bench.ROOM,
     ),
     # How space is cut, and measured
@@ -269,7 +270,6 @@ SPACE = (
                 "            if reason := planner.things.in_the_way(path, cover):",
             ),
         ),
-        "the look before a block is sent holds a jog, too",
         bench=Bench.ROOM,
     ),
 )
