@@ -199,6 +199,14 @@ def _start(room: LiveCell) -> dict[str, Process]:
     return processes | {robot: room.agent(robot) for robot in room.settings.robots}
 
 
+def _freeze(process: Process) -> None:
+    os.kill(process.pid, signal.SIGSTOP)
+    try:
+        threading.Event().wait(FROZEN_S)
+    finally:
+        os.kill(process.pid, signal.SIGCONT)
+
+
 def test_both_programs_end_and_nobody_comes_near_whatever_dies_meanwhile(room: LiveCell) -> None:
     processes = _start(room)
     with ExitStack() as stack:
@@ -213,16 +221,16 @@ def test_both_programs_end_and_nobody_comes_near_whatever_dies_meanwhile(room: L
         processes["manager"].signal(signal.SIGKILL)
         processes["manager"].wait(5.0)
         wait_until(lambda: onlooker.all_say("the manager is silent"), 10.0, "both at rest on their paths")
-        room.manager()
+        manager = room.manager()
 
         wait_until(lambda: onlooker.moves("left"), 30.0, "left on its way again")
-        os.kill(processes["left"].pid, signal.SIGSTOP)
-        try:
-            threading.Event().wait(FROZEN_S)
-        finally:
-            os.kill(processes["left"].pid, signal.SIGCONT)
-
+        _freeze(processes["left"])
         wait_until(lambda: onlooker.moves("right"), 30.0, "right on its way again")
+        _freeze(manager)
+        wait_until(lambda: onlooker.moves("right"), 30.0, "right on its way after the manager")
+        _freeze(processes[room.settings.robots["left"].gateway])
+
+        wait_until(lambda: onlooker.moves("right"), 30.0, "right on its way after the gateway")
         processes["right"].signal(signal.SIGKILL)
         processes["right"].wait(5.0)
         boot = onlooker.boot_of("right")
