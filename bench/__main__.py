@@ -17,6 +17,7 @@ from rich.table import Table
 from ruckig import InputParameter, Ruckig, Trajectory
 
 from bench.arms import arms
+from bench.clearance import clearances
 from bench.corrections import corrections
 from bench.distances import distances, itself, trajectories
 from bench.drives import simulated_drives
@@ -169,6 +170,7 @@ def groups() -> dict[str, Callable[[], list[Row]]]:
         "distances": distances,
         "trajectories": lambda: trajectories(model),
         "nearness": nearness,
+        "clearance": clearances,
         "makespan": makespan,
         "short_lines": short_lines,
         "profile": lambda: [profile()],

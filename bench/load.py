@@ -35,7 +35,7 @@ def load(seconds: float = 30.0) -> list[Row]:
     """The example cell, its programs without end, beside bare messages and frames at its rates."""
     with tempfile.TemporaryDirectory() as folder:
         cell = copy_on_free_ports(Path(folder))
-        _without_end(cell.parent / "programs")
+        without_end(cell.parent / "programs")
         with running(cell) as parent:
             time.sleep(SETTLE_S)
             seen = used(family(parent), seconds)
@@ -70,7 +70,8 @@ def used(processes: list[int], seconds: float) -> list[Used]:
     return [Used(_name(pid), _cpu_s(pid) - had_s) for pid, had_s in zip(processes, before, strict=True)]
 
 
-def _without_end(programs: Path) -> None:
+def without_end(programs: Path) -> None:
+    """Programs that repeat do so for ever."""
     for program in programs.glob("*.prog"):
         program.write_text(re.sub(r"^GOTO again \d+$", "GOTO again 100000", program.read_text(), flags=re.MULTILINE))
 

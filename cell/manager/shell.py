@@ -24,7 +24,8 @@ from cell.net.runner import new_boot, run_core
 from cell.net.session import CellSession
 
 JOURNAL_FILE = "manager.sqlite3"
-PERIOD_S = 0.01
+PERIOD_S = 0.02
+"""At the latest: what robots and gateways say, and an emergency stop, is looked at when it comes."""
 _LOOK_AROUND_S = 0.3
 _LOG = logging.getLogger("cell.manager")
 
@@ -79,7 +80,7 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
                 recorder.tell(effect.message)
 
         with recorder, writer:
-            run_core(core, period_s=PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late)
+            run_core(core, period_s=PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late, soon=shell.soon)
     return 0
 
 
@@ -95,8 +96,11 @@ class ManagerShell:
         self._tokens = tokens
         self._writer = writer
         self._edits = EditsOnDisk()
-        self._states = session.watch("robot/*/planned_way", "robot/*/presence", "gateway/*/state", "robot/*/variables")
-        self._estops = session.queue("estop")
+        self.soon = threading.Event()
+        """Something has come that somebody waits for."""
+        states = ("robot/*/planned_way", "robot/*/presence", "gateway/*/state", "robot/*/variables")
+        self._states = session.watch(*states, came=self.soon)
+        self._estops = session.queue("estop", came=self.soon)
         self._calls = session.serve("manager")
 
     def inbox(self) -> list[object]:

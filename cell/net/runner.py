@@ -22,6 +22,8 @@ CLOSEST = 0.8
 """Of a cycle: no two first effects leave closer. A drive that gets two SYNCs at once gets two targets at once."""
 SLIP = 0.2
 """Of a cycle: where the first effect leaves so much too late after the one before, the schedule slips with it."""
+SPACING = 3.0
+"""A cycle that is asked for begins at the earliest so many times as long after the one before as that took."""
 _LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 60
 
 
@@ -65,6 +67,7 @@ def run_core(
     on_late: Callable[[float], None] | None = None,
     trim: Callable[[], float] | None = None,
     ahead: Callable[[], Iterable[object]] | None = None,
+    soon: Event | None = None,
     switch_s: float = SWITCH_S,
     realtime: bool = False,
 ) -> None:
@@ -75,13 +78,15 @@ def run_core(
     add up; after a larger one all later cycles come later too, none is caught up. One of more than a period is told to
     `on_late` [s]. `trim` says after each step by how much [s] the next cycle comes later than a period.
     With `ahead` the core gets what that returns `AHEAD_S` before a cycle is due, so that little is left for the cycle.
+    With `soon` the next cycle begins when that is set, before a period is over; then cycles may be near each other, and
+    the loop works a third of the time at most (`SPACING`).
     After `switch_s` other threads get the interpreter from the loop: what Zenoh brings comes sooner with less, while
     threads that compute much themselves take turns too often then.
     `realtime` asks for SCHED_FIFO and does without when the process may not.
     """
     turns = Turns(core)
     with _steady_interpreter(switch_s), scheduling(realtime):
-        schedule = _Schedule(turns.begin())
+        schedule = _Schedule(turns.begin(), CLOSEST if soon is None else 0.0)
         while not stop.is_set():
             schedule.begin()
             effects = iter(core.step(turns.hand_over(lambda: schedule.apart(inbox()))))
@@ -95,22 +100,27 @@ def run_core(
             schedule.advance(period_s, 0.0 if trim is None else trim())
             if ahead is not None and _slept_until(schedule.due - AHEAD_S):
                 turns.hand_over(ahead)
+            if soon is not None:
+                schedule.wait_for(soon)
             _slept_until(schedule.due)
 
 
 class _Schedule:
     """When cycles are due [s], by what really left in the cycles before."""
 
-    def __init__(self, begin: float) -> None:
+    def __init__(self, begin: float, closest: float) -> None:
+        """No two first effects leave closer than `closest` of a cycle."""
         self.due = begin
-        self._left = begin
+        self._closest = closest
+        self._began = self._left = begin
         self._cycle_s = 0.0
         self._closest_s = 0.0
         self._slipped_s = 0.0
 
     def begin(self) -> None:
         """A cycle begins. What a loop with too much to do is behind by is not made up for either."""
-        late_s = time.monotonic() - self.due
+        self._began = time.monotonic()
+        late_s = self._began - self.due
         self._slipped_s = late_s if late_s > SLIP * self._cycle_s else 0.0
         self.due += self._slipped_s
 
@@ -131,8 +141,16 @@ class _Schedule:
     def advance(self, period_s: float, trim_s: float) -> None:
         """The next cycle is due a period and `trim_s` later. How close it may come does not change with the trim."""
         self._cycle_s = period_s + trim_s
-        self._closest_s = CLOSEST * period_s
+        self._closest_s = self._closest * period_s
         self.due += self._cycle_s
+
+    def wait_for(self, soon: Event) -> None:
+        """The next cycle is due when this is set, if that is sooner."""
+        now = time.monotonic()
+        _slept_until(min(self._began + SPACING * (now - self._began), self.due))
+        if soon.wait(max(0.0, self.due - time.monotonic())):
+            soon.clear()
+            self.due = min(self.due, time.monotonic())
 
 
 def _slept_until(due: float) -> bool:

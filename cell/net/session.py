@@ -2,6 +2,7 @@
 
 import uuid
 from collections.abc import Callable
+from threading import Event
 from types import TracebackType
 from typing import Any, Self
 
@@ -170,21 +171,31 @@ class CellSession:
                 latest.store(str(reply.ok.key_expr), reply.ok.payload.to_bytes())
         return latest.take_new()
 
-    def watch(self, *key_patterns: str) -> Latest:
-        """The newest state on matching keys, own messages left out; patterns are relative to `cell/<cell>/`."""
+    def watch(self, *key_patterns: str, came: Event | None = None) -> Latest:
+        """The newest state on matching keys, own messages left out; patterns are relative to `cell/<cell>/`.
+
+        `came` is set whenever one has come.
+        """
         latest = Latest(self.decoder)
-        self._subscribe(key_patterns, latest.store)
+        self._subscribe(key_patterns, latest.store, came)
         return latest
 
-    def queue(self, *key_patterns: str, size: int = 256) -> Inbox:
-        """Every message on matching keys in order, own messages left out; at most `size` wait."""
+    def queue(self, *key_patterns: str, size: int = 256, came: Event | None = None) -> Inbox:
+        """Every message on matching keys in order, own messages left out; at most `size` wait. `came` as in `watch`."""
         inbox = Inbox(self.decoder, size)
-        self._subscribe(key_patterns, inbox.store)
+        self._subscribe(key_patterns, inbox.store, came)
         return inbox
 
-    def _subscribe(self, patterns: tuple[str, ...], store: Callable[[str, bytes], None]) -> None:
+    def _subscribe(
+        self, patterns: tuple[str, ...], store: Callable[[str, bytes], None], came: Event | None = None
+    ) -> None:
+        def stored(key: str, data: bytes) -> None:
+            store(key, data)
+            if came is not None:
+                came.set()
+
         for pattern in patterns:
-            self.hear(self.keys.prefix + pattern, store)
+            self.hear(self.keys.prefix + pattern, stored)
 
     def hear(self, key: str, store: Callable[[str, bytes], None]) -> None:
         """Hand every payload on a whole key, the cell's or somebody else's, to `store`, on Zenoh's thread.

@@ -6,6 +6,7 @@ real one loses.
 
 import heapq
 import re
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -62,12 +63,12 @@ class SimSession:
     def publish(self, message: object) -> None:
         self._exchange.publish(self, message)
 
-    def watch(self, *key_patterns: str) -> Latest:
+    def watch(self, *key_patterns: str, came: threading.Event | None = None) -> Latest:  # noqa: ARG002
         latest = Latest(self.decoder, self._arrival)
         self._subscribe(key_patterns, latest.store)
         return latest
 
-    def queue(self, *key_patterns: str, size: int = 256) -> Inbox:
+    def queue(self, *key_patterns: str, size: int = 256, came: threading.Event | None = None) -> Inbox:  # noqa: ARG002
         inbox = Inbox(self.decoder, size, self._arrival)
         self._subscribe(key_patterns, inbox.store)
         return inbox

@@ -18,7 +18,6 @@ from cell.config.settings import CellSettings
 from cell.core import Answer, Core, Effect
 from cell.manager.core import ManagerCore
 from cell.manager.journal import JournalError
-from cell.manager.shell import PERIOD_S as MANAGER_PERIOD_S
 from cell.manager.shell import ManagerShell
 from cell.messages import (
     Call,
@@ -53,6 +52,8 @@ from tests.sim.process import Process, Shell, WatchedCore
 
 TWO_ARMS = Path(__file__).parents[2] / "cell_configs" / "two_arms" / "cell.yaml"
 ANSWER_TIMEOUT_S = 5.0
+_MANAGER_S = 0.01
+"""Between two steps of a manager; a real one steps when something comes, a hundred times a second with two robots."""
 _UNIX_S = 1_700_000_000.0
 _LARGEST_AHEAD_S = 10_000.0
 _ESTOP_REPEATED_S = 3.0
@@ -174,7 +175,7 @@ class World:
         stored = journal.read()
         core = ManagerCore(cell, session.boot, journal.begin_epoch(session.boot), stored)
         session.declare_alive()
-        return self._process(core, shell, session, MANAGER_PERIOD_S, threading.Event())
+        return self._process(core, shell, session, _MANAGER_S, threading.Event())
 
     def _gateway(self, gateway: str, cell: CellSettings, session: SimSession) -> Process:
         settings, bus, stop = self.bundle.gateways[gateway], self.buses[session.process], threading.Event()

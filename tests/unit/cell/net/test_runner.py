@@ -86,6 +86,37 @@ def test_missed_cycles_are_left_out() -> None:
     assert core.stepped[-1] - core.stepped[0] > 0.06
 
 
+def test_what_comes_soon_is_looked_at_before_a_period_is_over() -> None:
+    core, came = Recorder(3), Event()
+
+    def perform(_: Effect) -> None:
+        came.set()
+
+    began = time.monotonic()
+    run_core(core, period_s=600.0, inbox=list, perform=perform, stop=core.stop, soon=came)
+    assert len(core.stepped) == 3
+    assert time.monotonic() - began < 60.0
+
+
+def test_a_loop_that_is_asked_all_the_time_works_a_third_of_it() -> None:
+    core, came, worked_s = Recorder(4), Event(), 0.03
+    came.set()
+
+    def perform(effect: Effect) -> None:
+        came.set()
+        if effect == Publish("x"):
+            time.sleep(worked_s)
+
+    run_core(core, period_s=600.0, inbox=list, perform=perform, stop=core.stop, soon=came)
+    assert min(later - step for step, later in itertools.pairwise(core.stepped)) >= 2.9 * worked_s
+
+
+def test_without_anything_new_a_loop_steps_when_a_period_is_over() -> None:
+    core = Recorder(3)
+    run_core(core, period_s=0.03, inbox=list, perform=lambda _: None, stop=core.stop, soon=Event())
+    assert core.stepped[2] - core.stepped[0] >= 0.059
+
+
 def test_the_interpreter_is_left_as_it_was() -> None:
     before = sys.getswitchinterval()
     core = Recorder(1)
