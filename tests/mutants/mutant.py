@@ -21,8 +21,8 @@ class Edit:
 class Bench(Enum):
     """Where a fault is looked for: a module with seeds, how many, and which."""
 
-    CELL = "tests.sim.search", 20
-    """Whole generated cells."""
+    CELL = "tests.sim.search", 32
+    """Whole generated cells, one of them a room and one a row."""
     ROOM = "tests.sim.search", 128, "--rooms"
     """Whole generated cells without zones; one in eight is one, so these are 16 runs."""
     LINE = "tests.sim.space_checker", 20_000
