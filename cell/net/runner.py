@@ -23,7 +23,7 @@ CLOSEST = 0.8
 SLIP = 0.2
 """Of a cycle: where the first effect leaves so much too late after the one before, the schedule slips with it."""
 SPACING = 3.0
-"""A cycle that is asked for begins at the earliest so many times as long after the one before as that took."""
+"""A loop whose cycles are asked for has, after a burst of one period, so many times as long as it works."""
 _LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 60
 
 
@@ -78,8 +78,8 @@ def run_core(
     add up; after a larger one all later cycles come later too, none is caught up. One of more than a period is told to
     `on_late` [s]. `trim` says after each step by how much [s] the next cycle comes later than a period.
     With `ahead` the core gets what that returns `AHEAD_S` before a cycle is due, so that little is left for the cycle.
-    With `soon` the next cycle begins when that is set, before a period is over; then cycles may be near each other, and
-    the loop works a third of the time at most (`SPACING`).
+    With `soon` the next cycle begins when that is set, before a period is over; cycles may be near each other then, but
+    in the long run the loop works a third of the time at most (`SPACING`).
     After `switch_s` other threads get the interpreter from the loop: what Zenoh brings comes sooner with less, while
     threads that compute much themselves take turns too often then.
     `realtime` asks for SCHED_FIFO and does without when the process may not.
@@ -112,7 +112,7 @@ class _Schedule:
         """No two first effects leave closer than `closest` of a cycle."""
         self.due = begin
         self._closest = closest
-        self._began = self._left = begin
+        self._began = self._left = self._rested = begin
         self._cycle_s = 0.0
         self._closest_s = 0.0
         self._slipped_s = 0.0
@@ -146,8 +146,9 @@ class _Schedule:
 
     def wait_for(self, soon: Event) -> None:
         """The next cycle is due when this is set, if that is sooner."""
-        now = time.monotonic()
-        _slept_until(min(self._began + SPACING * (now - self._began), self.due))
+        rested = max(self._rested, self._began) + SPACING * (time.monotonic() - self._began)
+        self._rested = min(rested, self.due + self._cycle_s)
+        _slept_until(self._rested - self._cycle_s)
         if soon.wait(max(0.0, self.due - time.monotonic())):
             soon.clear()
             self.due = min(self.due, time.monotonic())
