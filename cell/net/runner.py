@@ -22,8 +22,8 @@ CLOSEST = 0.8
 """Of a cycle: no two first effects leave closer. A drive that gets two SYNCs at once gets two targets at once."""
 SLIP = 0.2
 """Of a cycle: where the first effect leaves so much too late after the one before, the schedule slips with it."""
-SPACING = 3.0
-"""A loop whose cycles are asked for has, after a burst of one period, so many times as long as it works."""
+REST = 2.0
+"""A loop whose cycles are asked for rests, after a burst of one period, so many times as long as it works."""
 _LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 60
 
 
@@ -79,7 +79,7 @@ def run_core(
     `on_late` [s]. `trim` says after each step by how much [s] the next cycle comes later than a period.
     With `ahead` the core gets what that returns `AHEAD_S` before a cycle is due, so that little is left for the cycle.
     With `soon` the next cycle begins when that is set, before a period is over; cycles may be near each other then, but
-    in the long run the loop works a third of the time at most (`SPACING`).
+    in the long run the loop works a third of the time at most (`REST`).
     After `switch_s` other threads get the interpreter from the loop: what Zenoh brings comes sooner with less, while
     threads that compute much themselves take turns too often then.
     `realtime` asks for SCHED_FIFO and does without when the process may not.
@@ -146,7 +146,7 @@ class _Schedule:
 
     def wait_for(self, soon: Event) -> None:
         """The next cycle is due when this is set, if that is sooner."""
-        rested = max(self._rested, self._began) + SPACING * (time.monotonic() - self._began)
+        rested = max(self._rested, self._began) + (1.0 + REST) * (time.monotonic() - self._began)
         self._rested = min(rested, self.due + self._cycle_s)
         _slept_until(self._rested - self._cycle_s)
         if soon.wait(max(0.0, self.due - time.monotonic())):

@@ -30,7 +30,7 @@ _MOST_BYTES = 6 * 2**30
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """How the search of one tree ended. `by` is empty where every run was in order."""
+    """How the search of one tree ended. `by` is empty where every run was in order, `runs` is 0 where none ended."""
 
     by: str
     runs: int
@@ -69,7 +69,8 @@ def judge(mutant: Mutant, found: Found) -> bool:
 def line(mutant: Mutant, found: Found) -> str:
     """One line of the list."""
     if found.by:
-        how = f"found in run {found.runs} after {found.at_s:.1f} s by: {found.by}"
+        when = f" in run {found.runs} after {found.at_s:.1f} s" if found.runs else ""
+        how = f"found{when} by: {found.by}"
     else:
         how = f"NOT found in {found.runs} runs"
     known = f" (harmless: {mutant.harmless})" if mutant.harmless else ""
