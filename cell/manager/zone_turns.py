@@ -8,9 +8,12 @@ rank is the highest priority of its robot in its zones, and one more for each ti
 these zones before it: so nobody is overtaken more often than priorities differ. A wish that waits for one zone keeps
 the others of it from those that come after it, or it would never find all of them free; but not from a robot that holds
 a zone already, since it may be the one that is waited for.
+
+Where robots are kept apart, the order of all who share room (`cell/manager/separation/order.py`) has the last word: a
+robot that would stand with the zone in the way of another one lets that one through first, whatever its rank.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cell.manager.zones import Sight, Zone
@@ -50,6 +53,8 @@ class ZoneTurns:
     _places: dict[tuple[str, str], _Place] = field(default_factory=dict)
     _cycle: int = 0
     _wishes: list[_Wish] = field(default_factory=list)
+    _put_off: dict[str, str] = field(default_factory=dict)
+    """By robot: who gets through before it has what is free and its turn."""
 
     def line_up(self, zones: Mapping[str, Zone], sights: Sights) -> None:
         """Follow who waits for what, and bring each zone's queue into the order of the wishes."""
@@ -80,9 +85,18 @@ class ZoneTurns:
         return _Wish(robot, tuple(names), max(ranks), came, possible and all(sights[n][robot].known for n in names))
 
     def grant(
-        self, zones: Mapping[str, Zone], sights: Sights, new_token: Callable[[], Token], sequence: int
+        self,
+        zones: Mapping[str, Zone],
+        sights: Sights,
+        new_token: Callable[[], Token],
+        sequence: int,
+        put_off: Callable[[str, Sequence[str]], str] = lambda robot, zones: "",
     ) -> list[tuple[str, str]]:
-        """Give what is free to those whose turn it is: zones and robots. `sequence` is that of the next state."""
+        """Give what is free to those whose turn it is: zones and robots. `sequence` is that of the next state.
+
+        `put_off` says why a robot must not have these zones yet; empty: it may.
+        """
+        self._put_off = {}
         kept: set[str] = set()
         granted: list[tuple[str, str]] = []
         holders = {zone.holder for zone in zones.values() if zone.state in _HELD}
@@ -90,6 +104,9 @@ class ZoneTurns:
             free = all(zones[name].open_to(wish.robot, sights[name][wish.robot]) for name in wish.zones)
             if not free or (wish.robot not in holders and not kept.isdisjoint(wish.zones)):
                 kept.update(wish.zones if wish.possible else ())
+                continue
+            if why := put_off(wish.robot, wish.zones):
+                self._put_off[wish.robot] = why
                 continue
             for name in wish.zones:
                 zones[name].grant(wish.robot, sights[name][wish.robot].boot, new_token(), sequence)
@@ -111,7 +128,9 @@ class ZoneTurns:
         if wish is None:
             return ""
         missing = [why for other in wish.zones if other != name and (why := _why_not(wish.robot, zones[other]))]
-        return f"{wish.robot} needs with it {' and '.join(missing)}" if missing else ""
+        if missing:
+            return f"{wish.robot} needs with it {' and '.join(missing)}"
+        return self._put_off.get(wish.robot, "")
 
 
 def _why_not(robot: str, zone: Zone) -> str:

@@ -98,7 +98,7 @@ from cell.messages.robot_state import (
     RobotState,
     VirtualStatus,
 )
-from cell.messages.sections import Clearance, PlannedWay, Refusal, Sections, Way
+from cell.messages.sections import Clearance, PlannedWay, Refusal, Sections, Stay, Way
 from cell.messages.setpoints import OutputEvent, SetpointBlock
 from cell.messages.state import STATES, Urgency
 from cell.messages.variables import CellVariables, RobotVariables, VariableValue
@@ -209,6 +209,7 @@ __all__ = [
     "SetupStatus",
     "Severity",
     "SimulateInput",
+    "Stay",
     "Step",
     "Stop",
     "SwitchOutput",

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
+from annotated_types import MaxLen
 from numpy.typing import NDArray
 
 from cell.messages.common import Count, Duration, Few, Name, Number, Text
@@ -15,6 +16,8 @@ Pieces = NDArray[np.uint32]
 NO_PIECE = 2**32 - 1
 MOST_SECTIONS = 2000
 """In one presence."""
+MOST_STAYS = 1000
+"""In one planned way."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,6 +83,17 @@ class Way:
     without a plan."""
 
 
+@dataclass(frozen=True, slots=True)
+class Stay:
+    """The pieces of a planned way that lead through an exclusive zone."""
+
+    zone: Name
+    first: Count
+    """The robot is in the zone from somewhere in here on."""
+    last: Count
+    """To somewhere in here."""
+
+
 @state("robot/{robot}/planned_way")
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedWay:
@@ -98,6 +112,8 @@ class PlannedWay:
     """The program goes on after these motions."""
     pieces: Sections = field(default_factory=Sections)
     """In the order in which they are passed."""
+    stays: Annotated[tuple[Stay, ...], MaxLen(MOST_STAYS)] = ()
+    """In the zones of the cell, in the order in which they begin."""
 
 
 @dataclass(frozen=True, slots=True)

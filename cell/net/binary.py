@@ -76,7 +76,7 @@ PlannedWay:
 
 | offset | type | field |
 |---|---|---|
-| 0 | 4 bytes | magic `ZPW1` |
+| 0 | 4 bytes | magic `ZPW2` |
 | 4 | u32 | length of the head in bytes |
 | 8 | u16 | k, number of capsules of a piece |
 | 10 | u16 | s, number of pieces |
@@ -115,7 +115,7 @@ _FEEDBACK_MAGIC = b"ZDF4"
 _BODY = struct.Struct("<4sIHHHHH")
 _BODY_MAGIC = b"ZPR3"
 _PLANNED = struct.Struct("<4sIHH")
-_PLANNED_MAGIC = b"ZPW1"
+_PLANNED_MAGIC = b"ZPW2"
 
 
 def encode_setpoints(block: SetpointBlock) -> bytes:

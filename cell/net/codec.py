@@ -132,7 +132,7 @@ def _planned_way_head() -> type[Any]:
     return dataclasses.make_dataclass("PlannedWay", fields, frozen=True)
 
 
-_PLANNED_FIELDS = ("robot", "boot", "owner", "number", "more")
+_PLANNED_FIELDS = ("robot", "boot", "owner", "number", "more", "stays")
 _PLANNED_HEAD = _planned_way_head()
 
 

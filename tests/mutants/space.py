@@ -119,6 +119,17 @@ SPACE = (
         ),
         bench=Bench.ROOM,
     ),
+    Mutant(
+        "zones-beside-the-order",
+        "a zone is granted without a look at who must get through before",
+        (
+            Edit(
+                "cell/manager/zone_turns.py",
+                "            if why := put_off(wish.robot, wish.zones):\n",
+                '            if why := "":\n',
+            ),
+        ),
+    ),
     # Operators' words
     Mutant(
         "box-forgotten",

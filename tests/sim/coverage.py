@@ -94,6 +94,8 @@ class Coverage:
             if status.holder is not None and self._holders.get(zone) != status.holder:
                 self.counts["grants"] += 1
             self._holders[zone] = status.holder
+            if "must get through before" in status.reason:
+                self.counts["zone put off"] += 1
 
     def _change(self, what: str, who: str, known: dict[str, object], new: object) -> None:  # type: ignore[type-arg]
         before = known.get(who)

@@ -1,6 +1,7 @@
 """Two arms that each hold a zone the other one needs: found, told to both, and freed by the commands that are told.
 
-Where a motion leads through both zones without a stop between them, it never comes to that.
+Where a motion leads through both zones without a stop between them, it never comes to that; nor where robots are kept
+apart, whose order knows the zones, too.
 """
 
 import re
@@ -51,9 +52,11 @@ PAUSE = "WAIT 2\n"
 class Cell:
     """Both arms are switched on; `left` and `right` is what they do on the way from zone to zone."""
 
-    def __init__(self, folder: Path, left: str, right: str, planned: bool = True) -> None:
+    def __init__(self, folder: Path, left: str, right: str, *, planned: bool = True, ordered: bool = False) -> None:
         copy = Copy(folder)
         copy.change("two_arms/cell.yaml", ONE_ZONE, ZONES)
+        if not ordered:
+            copy.cell.write_text(f"{copy.cell.read_text()}separation: off\n")
         copy.slow_buses()
         for robot, between in (("left", left), ("right", right)):
             (copy.folder / f"two_arms/programs/{robot}.prog").write_text(IN + between + ACROSS)
@@ -86,6 +89,11 @@ class Cell:
 
     def state(self, robot: str) -> RobotState | None:
         return self.world.seen.robots.get(robot)
+
+    def waits(self) -> str:
+        """What both say that they wait for."""
+        states = [self.state(robot) for robot in ("left", "right")]
+        return "; ".join(state.waiting_for for state in states if state is not None)
 
     def mode(self, robot: str) -> Mode | None:
         state = self.state(robot)
@@ -129,6 +137,33 @@ def test_two_arms_that_wait_for_each_others_zones_are_told_both_how_to_go_on(tmp
     stuck.until(lambda: all(event.remedy in str(stuck.state(robot)) for robot in ("left", "right")))
     stuck.world.clock.run_until(stuck.world.clock.now + 5.0)
     assert stuck.codes.count("zone_deadlock") == 1
+
+
+def test_where_robots_are_kept_apart_one_is_let_through_before_the_other_one_has_its_zone(tmp_path: Path) -> None:
+    cell = Cell(tmp_path, PAUSE, PAUSE, ordered=True)
+    for robot in ("left", "right"):
+        cell.order(robot, Run())
+    cell.until(lambda: "must get through before" in cell.waits())
+    cell.until(lambda: cell.done("left") and cell.done("right"), 60.0)
+    assert "zone_deadlock" not in cell.codes
+    cell.world.clock.run_until(cell.world.clock.now + 1.0)
+    cell.invariants.check_at_rest()
+
+
+def test_where_robots_are_kept_apart_one_that_is_halted_in_a_zone_keeps_its_way_out(tmp_path: Path) -> None:
+    cell = Cell(tmp_path, "", PAUSE, ordered=True)
+    cell.order("left", Run())
+    cell.until(lambda: cell.zone("north") == (ZoneState.OCCUPIED, "left"))
+    cell.world.clock.run_until(cell.world.clock.now + 0.3)  # it is in there to stay, and not only touches it
+    cell.order("left", Halt())
+    cell.until(lambda: cell.zone("south")[0] is ZoneState.FREE)
+    cell.order("right", Run())
+    cell.until(lambda: "zone south: left must get through before right" in cell.waits())
+    cell.world.clock.run_until(cell.world.clock.now + 5.0)
+    assert cell.zone("south") == (ZoneState.FREE, None)
+    cell.order("left", Continue())
+    cell.until(lambda: cell.done("left") and cell.done("right"), 60.0)
+    assert "zone_deadlock" not in cell.codes
 
 
 def halted_between(folder: Path) -> Cell:

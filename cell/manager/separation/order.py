@@ -8,11 +8,16 @@ until all are at their ends (the safe states of Dijkstra's banker, on ways inste
 wrong: who stands there is in nobody's way. Where some cannot get to their ends already, what is cleared makes them no
 more; two that want to end at one place are let on as far as geometry lets them.
 
+An exclusive zone is room that robots share, too. Pieces that lead through one are too near to each other, and so is any
+place of a robot that was granted it and has still to pass through. So a zone is granted as room is cleared: only as far
+as the cell stays safe.
+
 Whose turn it is (`turn.py`) goes before all who need not get through before it: what is cleared for them keeps them out
 of its way, and out of the way of those before it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -47,10 +52,67 @@ class _Robot:
     """The piece at the end of what it may use."""
     back: int = 0
     """The piece that it is in by what is measured of it."""
+    held: frozenset[str] = frozenset()
+    """The zones that it was granted."""
+    keeps: "_Keeps" = field(default_factory=lambda: _Keeps(None, {}))
+    known_keeps: dict[tuple[tuple[str, int], ...], "_Keeps"] = field(default_factory=dict)
+    """Of its plan, by the zones that it holds and up to where: it is tried out what a grant would change."""
 
     @property
     def end(self) -> int:
         return 0 if self.plan is None else len(self.plan.pieces) - 1
+
+    def look_at_zones(self) -> None:
+        """Know from where it keeps others out of zones, after anything that this depends on has changed."""
+        stays = () if self.plan is None else self.plan.stays
+        until = {stay.zone: stay.last for stay in reversed(stays) if stay.zone in self.held and stay.last >= self.back}
+        if self.keeps.plan is not self.plan:
+            self.known_keeps = {}
+        had = tuple(sorted(until.items()))
+        if had not in self.known_keeps:
+            self.known_keeps[had] = _Keeps(self.plan, until)
+        self.keeps = self.known_keeps[had]
+
+
+class _Keeps:
+    """From which pieces of its plan a robot keeps others out of zones; `until`: up to where it has those it holds.
+
+    Where it comes in it may still stand in front of the zone. Where all that is known of its way ends in there it may
+    go on and out.
+    """
+
+    def __init__(self, plan: PlannedWay | None, until: Mapping[str, int]) -> None:
+        self.plan = plan
+        self.pieces: dict[str, Flags] = {}
+        """By zone."""
+        if plan is None:
+            return
+        end = len(plan.pieces) - 1
+        for stay in plan.stays:
+            pieces = self.pieces.setdefault(stay.zone, np.zeros(end + 1, dtype=bool))
+            first = 0 if until.get(stay.zone) == stay.last else stay.first + (0 < stay.first < stay.last)
+            pieces[first : stay.last + (not (plan.more and stay.last == end))] = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Near:
+    """Which pieces of two plans are too near to each other."""
+
+    plan: PlannedWay
+    its_plan: PlannedWay
+    bodies: Flags
+    """`(s, t)`: without zones."""
+    _tables: dict[tuple[_Keeps, _Keeps], tuple[NDArray[np.intp], Flags]] = field(default_factory=dict)
+
+    def tables(self, mine: _Keeps, its: _Keeps) -> tuple[NDArray[np.intp], Flags]:
+        """For each piece of the second plan the last one of the first that is too near to it; and all that are."""
+        if (mine, its) not in self._tables:
+            near = self.bodies
+            for zone in mine.pieces.keys() & its.pieces.keys():
+                near = near | np.logical_and.outer(mine.pieces[zone], its.pieces[zone])
+            rows = np.arange(len(near))[:, None]
+            self._tables[mine, its] = np.where(near, rows, _FREE).max(axis=0, initial=_FREE), near
+        return self._tables[mine, its]
 
 
 class Order:
@@ -61,9 +123,8 @@ class Order:
         self.turn = ""
         """The robot whose turn it is; empty: nobody's."""
         self._robots: dict[str, _Robot] = {}
-        self._last: dict[tuple[str, str], tuple[PlannedWay, PlannedWay, NDArray[np.intp], Flags]] = {}
-        """By two robots and for their plans: for each piece of the second the last one of the first that is too near
-        to it; and all that are."""
+        self._near: dict[tuple[str, str], _Near] = {}
+        """By two robots, for their plans."""
 
     def planned(self, way: PlannedWay) -> None:
         """Take a plan, unless it is older than the newest one."""
@@ -82,6 +143,7 @@ class Order:
             robot.plan, robot.coming = coming, None
         if way.plan == 0:
             robot.plan = None
+        robot.look_at_zones()
         plan = robot.plan
         if plan is None or (plan.owner, plan.number) != (presence.owner, way.plan):
             return
@@ -89,6 +151,7 @@ class Order:
         robot.at = min(max(mine, default=0), robot.end)
         used = [piece for piece in way.pieces[: way.committed].tolist() if piece != NO_PIECE]
         robot.back = min(min(used, default=robot.at), robot.end)
+        robot.look_at_zones()
 
     def plans(self, robot: str) -> bool:
         """Whether a robot has a planned way."""
@@ -98,6 +161,33 @@ class Order:
         """A robot that does not go on is in nobody's order, until its presences count in a plan again."""
         mine = self._robots.setdefault(robot, _Robot())
         mine.coming, mine.plan = mine.coming or mine.plan, None
+        mine.look_at_zones()
+
+    def hold(self, holders: Mapping[str, str | None]) -> None:
+        """Who has which zone by now, by its name."""
+        for name, robot in self._robots.items():
+            robot.held = frozenset(zone for zone, holder in holders.items() if holder == name)
+            robot.look_at_zones()
+
+    def why_not_grant(self, robot: str, zones: Iterable[str]) -> Refusal | None:
+        """Who must get through before a robot has these zones; None: nobody, or it has no planned way."""
+        standing = self._positions()
+        if robot not in standing:
+            return None
+        already, was_before = self._stuck(standing), self._is_before_the_next(robot, standing)
+        with self._holding(robot, self._robots[robot].held.union(zones)):
+            stuck, is_before = self._stuck(standing), self._is_before_the_next(robot, standing)
+        if is_before and not was_before:
+            why = f"{self.turn}, which has waited for long, must get through before {robot}"
+            return self._waits_for(self.turn, why, standing)
+        if len(stuck) <= len(already):
+            return None
+        other = next((each for each in stuck if each != robot and each not in already), robot)
+        return self._waits_for(other, f"{other} must get through before {robot}", standing)
+
+    def _is_before_the_next(self, robot: str, standing: Mapping[str, int]) -> bool:
+        """Whether the robot whose turn it is waits for this one."""
+        return self.turn in standing and self.turn != robot and robot in self._before(self.turn, standing)
 
     def knows(self, robot: str, plan: int) -> bool:
         """Whether the plan with this number is what the order goes by."""
@@ -199,11 +289,22 @@ class Order:
         standing = self._positions()
         if robot not in standing:
             return None
-        for piece in range(standing[robot] - 1, -1, -1):
-            stuck = self._stuck(standing | {robot: piece})
-            if not any(each in stuck for each in waiting):
-                return piece
+        with self._holding(robot, ()):  # out of a zone it gives it back
+            for piece in range(standing[robot] - 1, -1, -1):
+                stuck = self._stuck(standing | {robot: piece})
+                if not any(each in stuck for each in waiting):
+                    return piece
         return None
+
+    @contextmanager
+    def _holding(self, robot: str, zones: Iterable[str]) -> Iterator[None]:
+        """As if a robot had these zones."""
+        mine = self._robots[robot]
+        held, keeps = mine.held, mine.keeps
+        mine.held = frozenset(zones)
+        mine.look_at_zones()
+        yield
+        mine.held, mine.keeps = held, keeps
 
     def _positions(self) -> dict[str, int]:
         return {name: robot.at for name, robot in self._robots.items() if robot.plan is not None and robot.end >= 0}
@@ -284,17 +385,15 @@ class Order:
         return self._tables(robot, other)[1]
 
     def _tables(self, robot: str, other: str) -> tuple[NDArray[np.intp], Flags]:
-        mine, its = self._robots[robot].plan, self._robots[other].plan
-        if mine is None or its is None:
+        mine, its = self._robots[robot].keeps, self._robots[other].keeps
+        if mine.plan is None or its.plan is None:
             raise ValueError(f"{robot} or {other} has no plan")
-        known = self._last.get((robot, other))
-        if known is None or known[0] is not mine or known[1] is not its:
-            back = self._last.get((other, robot))
-            if back is not None and back[0] is its and back[1] is mine:
-                near = back[3].T
+        known = self._near.get((robot, other))
+        if known is None or known.plan is not mine.plan or known.its_plan is not its.plan:
+            back = self._near.get((other, robot))
+            if back is not None and back.plan is its.plan and back.its_plan is mine.plan:
+                bodies = back.bodies.T
             else:
-                near = self._conflicts.too_near(robot, mine.pieces, other, its.pieces)
-            rows = np.arange(len(near))[:, None]
-            last = np.where(near, rows, _FREE).max(axis=0, initial=_FREE)
-            known = self._last[robot, other] = mine, its, last, near
-        return known[2], known[3]
+                bodies = self._conflicts.too_near(robot, mine.plan.pieces, other, its.plan.pieces)
+            known = self._near[robot, other] = _Near(mine.plan, its.plan, bodies)
+        return known.tables(mine, its)

@@ -1,6 +1,6 @@
 """Keeps the robots of a cell apart: from their presences to clearances, and what people are told of it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from cell.config.settings import CellSettings
@@ -93,6 +93,15 @@ class Separation:
         """Take what is heard of the robots now: who is in set-up, and whose place operators have said in vain."""
         self._ledger.in_setup = next((robot for robot, each in sightings.items() if each.in_setup), "")
         return self.assurances.step(sightings, now)
+
+    def hold(self, holders: Mapping[str, str | None]) -> None:
+        """Who has which zone by now."""
+        self._order.hold(holders)
+
+    def why_not_grant(self, robot: str, zones: Sequence[str]) -> str:
+        """Why a robot must not have these zones yet, so that all get through; empty: it may."""
+        refusal = self._order.why_not_grant(robot, zones)
+        return "" if refusal is None else refusal.text
 
     def clear(self, cell_time: float) -> tuple[list[Clearance], list[SpaceNews]]:
         """Answers to what was asked for since the last call, and what there is to tell."""

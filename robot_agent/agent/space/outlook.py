@@ -7,13 +7,15 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages import PlannedWay, Sections
-from cell.messages.sections import NO_PIECE, Pieces
+from cell.messages import PlannedWay, Sections, Stay
+from cell.messages.sections import MOST_SECTIONS, MOST_STAYS, NO_PIECE, Pieces
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.workspace import MotionSections, of_points
 
 _PIECE_M = 0.06
-"""A piece is as many sections as the end of a capsule that goes the farthest goes in so much."""
+"""A piece is as many sections as the end of a capsule that goes the farthest goes in so much, in a motion of up to
+`_MOST_PIECES`: in a longer one pieces are longer."""
+_MOST_PIECES = MOST_SECTIONS // 2
 _AGAIN_S = 1.0
 
 
@@ -34,11 +36,14 @@ class Outlook:
         self._number = 0
 
     def look(self, owner: int, motions: Iterable[Planned], *, more: bool) -> None:
-        """What is planned now, under this claim: the motion that runs, and those that come; `more`: not all of it."""
-        planned = tuple(each.sections for each in motions if each.sections is not None)
+        """What is planned now, under this claim: the motion that runs, and those that come; `more`: not all of it.
+
+        What cannot be told in one message comes later.
+        """
+        planned = tuple((each, each.sections) for each in motions if each.sections is not None)
         if owner != self._owner:
             self._owner, self._number = owner, 0
-        known = (owner, more, *planned)
+        known = (owner, more, *(sections for _, sections in planned))
         if known == self._known:
             return
         if known[:1] + known[2:3] != self._known[:1] + self._known[2:3]:
@@ -48,14 +53,21 @@ class Outlook:
         if not planned:
             self._way = None
             return
-        pieces = Sections()
-        for motion in planned:
-            coarse, which = _coarse(motion)
-            for section, piece in zip(motion.sections.ids.tolist(), (which + len(pieces)).tolist(), strict=True):
+        pieces, stays = Sections(), list[Stay]()
+        for motion, sections in planned:
+            coarse, which = _coarse(sections)
+            if len(pieces) + len(coarse) > MOST_SECTIONS:
+                more = True
+                break
+            which = which + len(pieces)
+            for section, piece in zip(sections.sections.ids.tolist(), which.tolist(), strict=True):
                 self._pieces_of.setdefault(section, []).append(piece)
+            for crossing in motion.crossings:
+                first, last = sections.span(crossing.enter_tau, crossing.leave_tau)
+                stays.append(Stay(crossing.zone, int(which[first]), int(which[last])))
             pieces = pieces.joined(coarse)
         self._number += 1
-        self._way = PlannedWay(self._robot, self._boot, owner, self._number, more, pieces)
+        self._way = PlannedWay(self._robot, self._boot, owner, self._number, more, pieces, _whole(stays))
 
     def news(self, now: float) -> PlannedWay | None:
         """What is to be told now: a new plan at once, the same one again after a while."""
@@ -86,14 +98,26 @@ class Outlook:
         return np.array(pieces, np.uint32)
 
 
+def _whole(stays: Iterable[Stay]) -> tuple[Stay, ...]:
+    """Those in one zone that no piece lies between are one: it goes on over the end of a motion."""
+    whole: list[Stay] = []
+    for stay in sorted(stays, key=lambda each: (each.zone, each.first)):
+        before = whole[-1] if whole else None
+        if before is not None and before.zone == stay.zone and stay.first <= before.last + 1:
+            whole[-1] = Stay(stay.zone, before.first, max(before.last, stay.last))
+        else:
+            whole.append(stay)
+    return tuple(sorted(whole, key=lambda stay: stay.first)[:MOST_STAYS])
+
+
 @lru_cache(maxsize=32)
 def _coarse(motion: MotionSections) -> tuple[Sections, NDArray[np.intp]]:
     """Pieces of a motion, each the space of some sections in a row; and the piece of each section."""
     points, radii = motion.sections.points.astype(float), motion.sections.radii.astype(float)
     chords = np.linalg.norm(np.diff(points, axis=0), axis=-1).max(axis=(1, 2)) if len(points) > 1 else np.zeros(0)
     way = np.concatenate([[0.0], chords.cumsum()]).tolist()
-    firsts = [0]
-    while (following := max(bisect_right(way, way[firsts[-1]] + _PIECE_M), firsts[-1] + 1)) < len(way):
+    firsts, piece_m = [0], max(_PIECE_M, way[-1] / _MOST_PIECES)
+    while (following := max(bisect_right(way, way[firsts[-1]] + piece_m), firsts[-1] + 1)) < len(way):
         firsts.append(following)
     counts = np.diff([*firsts, len(way)])
     which = np.repeat(np.arange(len(firsts)), counts)

@@ -37,6 +37,7 @@ from cell.messages import (
     Sections,
     SetpointBlock,
     SetupStatus,
+    Stay,
     Token,
     Way,
     ZoneGeometry,
@@ -244,10 +245,13 @@ def test_the_layout_of_a_way_is_the_documented_one() -> None:
 
 
 def test_the_layout_of_a_planned_way_is_the_documented_one() -> None:
-    data = encode(PlannedWay("left", "b", 1, 2, more=True, pieces=SECTION))
+    data = encode(PlannedWay("left", "b", 1, 2, more=True, pieces=SECTION, stays=(Stay("press", 0, 0),)))
     end = 12 + int.from_bytes(data[4:8], "little")
-    assert (data[:4], data[8:12]) == (b"ZPW1", b"\x01\x00\x01\x00")
-    assert json.loads(data[12:end]) == {"robot": "left", "boot": "b", "owner": 1, "number": 2, "more": True}
+    assert (data[:4], data[8:12]) == (b"ZPW2", b"\x01\x00\x01\x00")
+    assert json.loads(data[12:end]) == {
+        "robot": "left", "boot": "b", "owner": 1, "number": 2, "more": True,
+        "stays": [{"zone": "press", "first": 0, "last": 0}],
+    }  # fmt: skip
     assert data[end : end + 8] == b"\x07" + bytes(7)
     assert np.frombuffer(data[end + 8 :], "<f4").tolist() == [0.25, 1, 2, 3, 4, 5, 6]
 

@@ -1,8 +1,9 @@
 """Who is let in: wherever robots begin safely, all of them get to the end of their ways."""
 
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import cycle
+from types import MappingProxyType
 
 import numpy as np
 from hypothesis import given, settings
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from cell.geometry.arrays import Flags
 from cell.manager.separation.order import Order
-from cell.messages import Body, PlannedWay, Presence, Sections, Way
+from cell.messages import Body, PlannedWay, Presence, Sections, Stay, Way
 from cell.messages.sections import NO_PIECE
 
 
@@ -38,17 +39,25 @@ class Known:
 class Ways:
     """Robots on planned ways, who may use what they stand in and what was admitted."""
 
-    def __init__(self, counts: dict[str, int], near: set[frozenset[tuple[str, int]]]) -> None:
+    def __init__(
+        self,
+        counts: dict[str, int],
+        near: set[frozenset[tuple[str, int]]],
+        stays: Mapping[str, tuple[Stay, ...]] = MappingProxyType({}),
+    ) -> None:
         self.known, self.order, self.counts = Known(near), Order(Known(near)), counts
         self.at = dict.fromkeys(counts, 0)
+        self.stays = {robot: stays.get(robot, ()) for robot in counts}
+        self.holders: dict[str, str | None] = {}
         for robot, count in counts.items():
-            self.order.planned(PlannedWay(robot, "b", 1, 1, more=False, pieces=_pieces(robot, count)))
+            pieces = _pieces(robot, count)
+            self.order.planned(PlannedWay(robot, "b", 1, 1, more=False, pieces=pieces, stays=self.stays[robot]))
             self.hear(robot)
 
-    def hear(self, robot: str, at: int | None = None) -> None:
+    def hear(self, robot: str, at: int | None = None, plan: int = 1) -> None:
         here = self.at[robot] = self.at[robot] if at is None else at
         section = _pieces(robot, here + 1)[slice(here, here + 1)]
-        way = Way(section, 1, 1, plan=1, pieces=np.uint32([here]))
+        way = Way(section, 1, 1, plan=plan, pieces=np.uint32([here]))
         body = Body(True, (0.0, 0.0, 0.0), 1.0)
         presence = Presence(robot, "b", 1, 1, None, "", body, 0.0, way=way)
         self.order.hear(presence, {int(section.ids[0]): here})
@@ -63,6 +72,7 @@ class Ways:
         """Let a robot go on by up to so many pieces; how many."""
         here = self.at[robot]
         asked = list(range(here + 1, min(here + 1 + ahead, self.counts[robot])))
+        self.order.hold(self.holders)
         free = next((k for k, piece in enumerate(asked) if self.blocked(robot, piece)), len(asked))
         admitted, _ = self.order.admitted(robot, asked[:free])
         self.at[robot] = here + admitted
@@ -70,7 +80,41 @@ class Ways:
         return admitted
 
     def blocked(self, robot: str, piece: int) -> bool:
-        return any(self.known.meet(robot, piece, other, at) for other, at in self.at.items() if other != robot)
+        return bool(self._not_held(robot, self.needed(robot, piece))) or any(
+            self.known.meet(robot, piece, other, at) for other, at in self.at.items() if other != robot
+        )
+
+    def needed(self, robot: str, piece: int) -> set[str]:
+        """The zones in which the robot is there; in the first piece of several it may stand in front of them."""
+        return {
+            stay.zone for stay in self.stays[robot] if stay.first + (0 < stay.first < stay.last) <= piece <= stay.last
+        }
+
+    def ask(self, robot: str, ahead: int) -> str:
+        """Let a robot ask for the zones that it needs next, if it does within so many pieces; why it has not got them.
+
+        It gives back what it has passed.
+        """
+        here = self.at[robot]
+        ahead_of_it = range(here, min(here + 1 + ahead, self.counts[robot]))
+        needed = {zone for piece in ahead_of_it for zone in self.needed(robot, piece)}
+        for zone, holder in self.holders.items():
+            if holder == robot and zone not in needed:
+                self.holders[zone] = None
+        wished = next(
+            (new for piece in ahead_of_it if (new := self._not_held(robot, self.needed(robot, piece)))), set[str]()
+        )
+        if any(self.holders.get(zone) for zone in wished):
+            return "another one has it"
+        self.order.hold(self.holders)
+        refusal = self.order.why_not_grant(robot, sorted(wished)) if wished else None
+        if refusal is not None:
+            return refusal.text
+        self.holders |= dict.fromkeys(wished, robot)
+        return ""
+
+    def _not_held(self, robot: str, zones: set[str]) -> set[str]:
+        return {zone for zone in zones if self.holders.get(zone) != robot}
 
     def in_the_way_of(self, robot: str) -> str:
         """Who stands in the next piece of a robot, or has to get through before it goes there; empty: nobody."""
@@ -131,6 +175,121 @@ def test_also_where_robots_say_later_than_they_were_let_in_where_they_may_be(see
         for robot in ways.counts:
             ways.hear(robot)
     assert ways.done, ways.at
+
+
+def _with_zones(seed: int) -> Ways:
+    """As `_drawn`, with ways that lead through zones, some of them through two at a time."""
+    once, rng = _drawn(seed), random.Random(seed + 2)
+    stays: dict[str, tuple[Stay, ...]] = {}
+    for robot, count in once.counts.items():
+        drawn: list[Stay] = []
+        for zone in rng.sample("pqr", rng.randint(0, 3)):
+            first = rng.randint(1, count - 2)
+            drawn.append(Stay(zone, first, rng.randint(first, count - 2)))
+        stays[robot] = tuple(sorted(drawn, key=lambda stay: stay.first))
+    return Ways(once.counts, once.known.near, stays)
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=150, deadline=None)
+def test_through_zones_too_everybody_gets_to_the_end_of_its_way(seed: int) -> None:
+    ways, rng = _with_zones(seed), random.Random(seed + 1)
+    for _ in range(80 * len(ways.counts)):
+        robot = rng.choice(sorted(ways.counts))
+        ways.ask(robot, rng.randint(1, 3))
+        ways.onward(robot, rng.randint(1, 4))
+    assert ways.done, (ways.at, ways.holders)
+
+
+def test_where_zones_are_granted_without_the_order_some_of_them_wait_for_ever() -> None:
+    stuck = 0
+    for seed in range(60):
+        ways, rng = _with_zones(seed), random.Random(seed + 1)
+        ways.order.why_not_grant = lambda _robot, _zones: None  # type: ignore[method-assign]
+        for _ in range(80 * len(ways.counts)):
+            robot = rng.choice(sorted(ways.counts))
+            ways.ask(robot, rng.randint(1, 3))
+            ways.onward(robot, rng.randint(1, 4))
+        stuck += not ways.done
+    assert stuck > 5
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=60, deadline=None)
+def test_through_zones_too_whosever_turn_it_is_everybody_gets_to_the_end_of_its_way(seed: int) -> None:
+    ways, rng = _with_zones(seed), random.Random(seed + 1)
+    for tries, robot in enumerate(_turns(ways, rng)):
+        ways.ask(robot, rng.randint(1, 3))
+        ways.onward(robot, rng.randint(1, 4))
+        assert tries < 200 * len(ways.counts), (ways.at, ways.holders, ways.order.turn)
+
+
+def _through_both(zones_of_a: str, zones_of_b: str) -> Ways:
+    """Each stands for a while in its first zone before it goes to its second one."""
+    stays = {
+        robot: (Stay(zones[0], 2, 4), Stay(zones[1], 4, 6)) for robot, zones in (("a", zones_of_a), ("b", zones_of_b))
+    }
+    return Ways({"a": 8, "b": 8}, set(), stays)
+
+
+def test_of_two_that_need_each_others_zones_the_second_one_is_put_off() -> None:
+    ways = _through_both("pq", "qp")
+    assert ways.ask("a", 3) == ""
+    assert ways.ask("b", 3) == "a must get through before b", "also where a has it in front of it"
+    ways.onward("a", 3)
+    assert ways.ask("b", 3) == "a must get through before b"
+    assert ways.ask("a", 2) == ""
+    ways.onward("a", 4)
+    ways.ask("a", 1)
+    assert (ways.at["a"], ways.ask("b", 3)) == (7, "")
+
+
+def test_zones_in_the_same_order_are_granted_one_after_the_other() -> None:
+    ways = _through_both("pq", "pq")
+    assert ways.ask("a", 3) == ""
+    ways.onward("a", 4)
+    assert ways.ask("b", 3) == "another one has it"
+    assert ways.ask("a", 2) == ""
+    ways.onward("a", 1)
+    ways.ask("a", 1)
+    assert ways.ask("b", 3) == ""
+
+
+def test_a_zone_and_room_that_two_robots_need_in_turn_are_one_circle() -> None:
+    room = {frozenset([("a", i), ("b", j)]) for i in (4, 5) for j in (2, 3)}
+    ways = Ways({"a": 8, "b": 8}, room, {"a": (Stay("p", 2, 5),), "b": (Stay("p", 3, 5),)})
+    ways.hear("b", 2)
+    assert ways.ask("a", 3) == "b must get through before a", "a would stand in p, b in the room before p"
+
+
+def test_who_may_still_stand_in_front_of_a_zone_and_who_may_go_on_out_of_it_keep_nobody_out() -> None:
+    ways = Ways({"a": 8, "b": 8}, set(), {"a": (Stay("p", 2, 4),), "b": (Stay("p", 2, 4),)})
+    ways.onward("a", 2)
+    assert (ways.at["a"], ways.ask("b", 3)) == (2, ""), "the first piece is in front of the zone, too"
+    short = Ways({"a": 5, "b": 8}, set(), {"a": (Stay("p", 2, 4),), "b": (Stay("p", 2, 4),)})
+    assert short.ask("a", 3) == "b must get through before a", "a ends in there"
+    way = PlannedWay("a", "b", 1, 2, more=True, pieces=_pieces("a", 5), stays=(Stay("p", 2, 4),))
+    short.order.planned(way)
+    short.hear("a", plan=2)
+    assert short.ask("a", 3) == ""
+
+
+def test_who_goes_back_out_of_a_zone_gives_it_back() -> None:
+    ways = _through_both("pq", "qp")
+    ways.order.why_not_grant = lambda _robot, _zones: None  # type: ignore[method-assign]
+    for robot in "ab":
+        ways.ask(robot, 3)
+        ways.onward(robot, 3)
+    ways.order.hold(ways.holders)
+    assert ways.at == {"a": 3, "b": 3}
+    assert ways.order.way_back("a", ["a", "b"]) == 2
+
+
+def test_whoever_has_no_planned_way_is_granted_what_is_free() -> None:
+    ways = _through_both("pq", "qp")
+    ways.ask("a", 3)
+    ways.order.leave_out("b")
+    assert ways.order.why_not_grant("b", ["q"]) is None
 
 
 def test_without_an_order_some_of_them_block_each_other() -> None:

@@ -5,8 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from cell.messages import PlannedWay, Stay
+from cell.net.codec import decode, encode
 from robot_agent.agent.space.outlook import Outlook
-from robot_agent.workspace import MotionSections, of_points
+from robot_agent.workspace import Crossing, MotionSections, of_points
 
 ROUND = 10
 _AWAY_M = 0.1
@@ -24,7 +26,7 @@ def rounds(count: int) -> MotionSections:
 
 def outlook(*motions: MotionSections) -> Outlook:
     seen = Outlook("r", "boot")
-    seen.look(1, [SimpleNamespace(sections=motion) for motion in motions], more=False)
+    seen.look(1, [SimpleNamespace(sections=motion, crossings=()) for motion in motions], more=False)
     return seen
 
 
@@ -49,5 +51,36 @@ def test_what_comes_later_changes_nothing_and_another_motion_begins_at_its_begin
     for first in range(ROUND + 2):
         seen.follow(way.sections[first : first + 1])
     first_motion = way if same else other
-    seen.look(1, [SimpleNamespace(sections=each) for each in (first_motion, rounds(1))], more=False)
+    seen.look(1, [SimpleNamespace(sections=each, crossings=()) for each in (first_motion, rounds(1))], more=False)
     assert seen.follow(way.sections[ROUND + 2 : ROUND + 3]).tolist() == [ROUND + 2 if same else 2]
+
+
+def test_a_zone_that_a_motion_is_in_to_its_end_and_the_next_one_from_its_beginning_is_one_stay() -> None:
+    """Sections of one second each, which are pieces, too."""
+    motions = [
+        SimpleNamespace(sections=rounds(1), crossings=(Crossing("press", 6.5, 10.0), Crossing("door", 1.0, 3.0))),
+        SimpleNamespace(sections=rounds(1), crossings=(Crossing("press", 0.0, 2.5), Crossing("press", 7.5, 8.0))),
+    ]
+    seen = Outlook("r", "boot")
+    seen.look(1, motions, more=False)
+    way = seen.news(0.0)
+    assert way is not None
+    assert way.stays == (Stay("door", 1, 2), Stay("press", 6, 12), Stay("press", 17, 17))
+
+
+@pytest.mark.parametrize(
+    ("motions", "count", "more"), [(1, 10, False), (1, 300, False), (3, 20, False), (9, 300, True), (40, 6, True)]
+)
+def test_a_plan_of_hundreds_of_metres_is_told_as_far_as_one_message_can(motions: int, count: int, more: bool) -> None:
+    """In each section there is a stay, too."""
+    ways = [rounds(count) for _ in range(motions)]
+    crossings = tuple(Crossing("press", at + 0.2, at + 0.4) for at in range(0, 10 * count, 2))
+    seen = Outlook("r", "boot")
+    seen.look(1, [SimpleNamespace(sections=way, crossings=crossings) for way in ways], more=False)
+    told = seen.news(0.0)
+    assert told is not None
+    again = decode(PlannedWay, encode(told))
+    assert again.more is more
+    assert len(again.pieces) >= min(motions * count, 500)
+    assert again.stays == told.stays
+    assert seen.follow(ways[0].sections[:3]).tolist()[0] == 0
