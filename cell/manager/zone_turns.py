@@ -90,7 +90,7 @@ class ZoneTurns:
         sights: Sights,
         new_token: Callable[[], Token],
         sequence: int,
-        put_off: Callable[[str, Sequence[str]], str] = lambda robot, zones: "",
+        put_off: Callable[[str, Sequence[str]], str] = lambda _robot, _zones: "",
     ) -> list[tuple[str, str]]:
         """Give what is free to those whose turn it is: zones and robots. `sequence` is that of the next state.
 
