@@ -41,39 +41,6 @@ class Conflicts(Protocol):
         """Which sections `(s,)` come too near to which of the others `(t,)`: `(s, t)`."""
 
 
-@dataclass(slots=True)
-class _Robot:
-    newest: NewestOf = field(default_factory=NewestOf)
-    coming: PlannedWay | None = None
-    """The newest plan, which no presence has counted in yet."""
-    plan: PlannedWay | None = None
-    """What its presences count in."""
-    at: int = 0
-    """The piece at the end of what it may use."""
-    back: int = 0
-    """The piece that it is in by what is measured of it."""
-    held: frozenset[str] = frozenset()
-    """The zones that it was granted."""
-    keeps: "_Keeps" = field(default_factory=lambda: _Keeps(None, {}))
-    known_keeps: dict[tuple[tuple[str, int], ...], "_Keeps"] = field(default_factory=dict)
-    """Of its plan, by the zones that it holds and up to where: it is tried out what a grant would change."""
-
-    @property
-    def end(self) -> int:
-        return 0 if self.plan is None else len(self.plan.pieces) - 1
-
-    def look_at_zones(self) -> None:
-        """Know from where it keeps others out of zones, after anything that this depends on has changed."""
-        stays = () if self.plan is None else self.plan.stays
-        until = {stay.zone: stay.last for stay in reversed(stays) if stay.zone in self.held and stay.last >= self.back}
-        if self.keeps.plan is not self.plan:
-            self.known_keeps = {}
-        had = tuple(sorted(until.items()))
-        if had not in self.known_keeps:
-            self.known_keeps[had] = _Keeps(self.plan, until)
-        self.keeps = self.known_keeps[had]
-
-
 class _Keeps:
     """From which pieces of its plan a robot keeps others out of zones; `until`: up to where it has those it holds.
 
@@ -92,6 +59,39 @@ class _Keeps:
             pieces = self.pieces.setdefault(stay.zone, np.zeros(end + 1, dtype=bool))
             first = 0 if until.get(stay.zone) == stay.last else stay.first + (0 < stay.first < stay.last)
             pieces[first : stay.last + (not (plan.more and stay.last == end))] = True
+
+
+@dataclass(slots=True)
+class _Robot:
+    newest: NewestOf = field(default_factory=NewestOf)
+    coming: PlannedWay | None = None
+    """The newest plan, which no presence has counted in yet."""
+    plan: PlannedWay | None = None
+    """What its presences count in."""
+    at: int = 0
+    """The piece at the end of what it may use."""
+    back: int = 0
+    """The piece that it is in by what is measured of it."""
+    held: frozenset[str] = frozenset()
+    """The zones that it was granted."""
+    keeps: _Keeps = field(default_factory=lambda: _Keeps(None, {}))
+    known_keeps: dict[tuple[tuple[str, int], ...], _Keeps] = field(default_factory=dict)
+    """Of its plan, by the zones that it holds and up to where: it is tried out what a grant would change."""
+
+    @property
+    def end(self) -> int:
+        return 0 if self.plan is None else len(self.plan.pieces) - 1
+
+    def look_at_zones(self) -> None:
+        """Know from where it keeps others out of zones, after anything that this depends on has changed."""
+        stays = () if self.plan is None else self.plan.stays
+        until = {stay.zone: stay.last for stay in reversed(stays) if stay.zone in self.held and stay.last >= self.back}
+        if self.keeps.plan is not self.plan:
+            self.known_keeps = {}
+        had = tuple(sorted(until.items()))
+        if had not in self.known_keeps:
+            self.known_keeps[had] = _Keeps(self.plan, until)
+        self.keeps = self.known_keeps[had]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,6 +125,8 @@ class Order:
         self._robots: dict[str, _Robot] = {}
         self._near: dict[tuple[str, str], _Near] = {}
         """By two robots, for their plans."""
+        self._put_off: dict[str, tuple[object, Refusal | None]] = {}
+        """By robot: what was asked for it last, with all that the answer goes by, and the answer."""
 
     def planned(self, way: PlannedWay) -> None:
         """Take a plan, unless it is older than the newest one."""
@@ -169,11 +171,17 @@ class Order:
             robot.held = frozenset(zone for zone, holder in holders.items() if holder == name)
             robot.look_at_zones()
 
-    def why_not_grant(self, robot: str, zones: Iterable[str]) -> Refusal | None:
+    def why_not_grant(self, robot: str, zones: Sequence[str]) -> Refusal | None:
         """Who must get through before a robot has these zones; None: nobody, or it has no planned way."""
         standing = self._positions()
         if robot not in standing:
             return None
+        asked = (tuple(zones), self.turn, standing, {each: self._robots[each].keeps for each in standing})
+        if self._put_off.get(robot, (None, None))[0] != asked:
+            self._put_off[robot] = asked, self._why_not_now(robot, zones, standing)
+        return self._put_off[robot][1]
+
+    def _why_not_now(self, robot: str, zones: Sequence[str], standing: Mapping[str, int]) -> Refusal | None:
         already, was_before = self._stuck(standing), self._is_before_the_next(robot, standing)
         with self._holding(robot, self._robots[robot].held.union(zones)):
             stuck, is_before = self._stuck(standing), self._is_before_the_next(robot, standing)
