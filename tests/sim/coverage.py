@@ -131,6 +131,8 @@ def must_be_seen() -> set[str]:
         *(f"zone {state.name.lower()}" for state in ZoneState),
         *(f"playout {state.name.lower()}" for state in PlayoutState),
         *(f"zone {way}" for way in _ZONE_WAYS),
+        "zone put off",
+        "room refused",
         *(f"mode {way}" for way in _MODE_WAYS),
         *(f"refusal {refusal.value}" for refusal in _REFUSALS),
         *(f"fault {kind.kind}" for kind in KINDS),
