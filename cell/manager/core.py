@@ -1,6 +1,6 @@
 """The cell manager as a core: who may be in which zone, and the emergency stop (`docs/architecture.md`, section 4)."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 
@@ -178,7 +178,11 @@ class ManagerCore:
         self._follow_zone_change(refused, now)
         self._turns.line_up(self._zones, sights)
         if not self._latch.in_force and self._changes.announced is None:
-            self._turns.grant(self._zones, sights, self._new_token, self._sequence + 1, self._put_off)
+            going = self._presences.fresh_ones(now).keys()
+            self._turns.grant(
+                self._zones, sights, self._new_token, self._sequence + 1,
+                lambda robot, zones: self._why_not_yet(robot, zones, going, now),
+            )  # fmt: skip
         self._follow_changes(before, sights, now)
         self._follow_setup(now)
         self._follow_assurances(now)
@@ -205,12 +209,12 @@ class ManagerCore:
         self._breaches = {(z, r): why for (z, r), why in self._breaches.items() if r in self._zones[z].suspects}
         return {robot: why for (_, robot), why in self._breaches.items()}
 
-    def _put_off(self, robot: str, zones: Sequence[str]) -> str:
-        """Why a robot must not have zones that are free and its turn."""
+    def _why_not_yet(self, robot: str, zones: Sequence[str], going: Collection[str], now: float) -> str:
+        """Why a robot must not have zones that are free; empty: it may."""
         if self._separation is None:
             return ""
         self._tell_holders(self._separation)
-        return self._separation.why_not_grant(robot, zones)
+        return self._separation.why_not_grant(robot, zones, going, self._cell_time(now))
 
     def _tell_holders(self, separation: Separation) -> None:
         separation.hold({name: zone.holder for name, zone in self._zones.items()})

@@ -10,7 +10,8 @@ the others of it from those that come after it, or it would never find all of th
 a zone already, since it may be the one that is waited for.
 
 Where robots are kept apart, the order of all who share room (`cell/manager/separation/order.py`) has the last word: a
-robot that would stand with the zone in the way of another one lets that one through first, whatever its rank.
+robot that would stand with the zone in the way of another one lets that one through first, whatever its rank, and may
+be overtaken more often by that.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -90,11 +91,11 @@ class ZoneTurns:
         sights: Sights,
         new_token: Callable[[], Token],
         sequence: int,
-        put_off: Callable[[str, Sequence[str]], str] = lambda _robot, _zones: "",
+        why_not_yet: Callable[[str, Sequence[str]], str] = lambda _robot, _zones: "",
     ) -> list[tuple[str, str]]:
         """Give what is free to those whose turn it is: zones and robots. `sequence` is that of the next state.
 
-        `put_off` says why a robot must not have these zones yet; empty: it may.
+        `why_not_yet` says why a robot must not have these zones although they are free; empty: it may.
         """
         self._put_off = {}
         kept: set[str] = set()
@@ -105,7 +106,7 @@ class ZoneTurns:
             if not free or (wish.robot not in holders and not kept.isdisjoint(wish.zones)):
                 kept.update(wish.zones if wish.possible else ())
                 continue
-            if why := put_off(wish.robot, wish.zones):
+            if why := why_not_yet(wish.robot, wish.zones):
                 self._put_off[wish.robot] = why
                 continue
             for name in wish.zones:

@@ -89,7 +89,8 @@ class Stay:
 
     zone: Name
     first: Count
-    """The robot is in the zone from somewhere in here on."""
+    """From somewhere in here on the robot needs the zone: with others between which it does not stop, from the first
+    of them on."""
     last: Count
     """To somewhere in here."""
 

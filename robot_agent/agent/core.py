@@ -380,6 +380,7 @@ class AgentCore:
             kept = set() if self._rest.standing else set(self.zones.holds)
             self.zones.update_holds(now, self.zones.touched(body), kept)
             stop_time_s = self._rest.stop_time_s(planner, feedback, 0.0)
+            self.space.outlook.look(feedback.owner, (), more=False)
             use, stands = self._used_beside_blocks(body, feedback, planner), self._stands(feedback)
             presence = self._announcer.presence(
                 feedback.owner, self.mode, self.meetings.told(self.mode), body, use, {}, stop_time_s, self._estops,

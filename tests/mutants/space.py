@@ -125,7 +125,7 @@ SPACE = (
         (
             Edit(
                 "cell/manager/zone_turns.py",
-                "            if why := put_off(wish.robot, wish.zones):\n",
+                "            if why := why_not_yet(wish.robot, wish.zones):\n",
                 '            if why := "":\n',
             ),
         ),

@@ -16,7 +16,7 @@ Whose turn it is (`turn.py`) goes before all who need not get through before it:
 of its way, and out of the way of those before it.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -26,12 +26,14 @@ from numpy.typing import NDArray
 
 from cell.geometry.arrays import Flags
 from cell.messages import PlannedWay, Presence, Refusal, Sections
-from cell.messages.sections import NO_PIECE
+from cell.messages.sections import NO_PIECE, Stay
 from cell.net.freshness import NewestOf
 
 _FREE = -1
 _MOST_TRIES = 200
 """Of orders in which robots may go, where it matters."""
+_MOST_KNOWN = 16
+"""Of what two plans have in common, by where their robots are in zones."""
 
 
 class Conflicts(Protocol):
@@ -42,23 +44,22 @@ class Conflicts(Protocol):
 
 
 class _Keeps:
-    """From which pieces of its plan a robot keeps others out of zones; `until`: up to where it has those it holds.
+    """From which pieces of its plan a robot keeps others out of zones.
 
-    Where it comes in it may still stand in front of the zone. Where all that is known of its way ends in there it may
-    go on and out.
+    In its first piece of several it may still stand in front of the zone. Where its plan ends in there it may go on and
+    out: who is granted the zone next must wait for that, and nobody before.
     """
 
-    def __init__(self, plan: PlannedWay | None, until: Mapping[str, int]) -> None:
+    def __init__(self, plan: PlannedWay | None, places: Mapping[Stay, int | None]) -> None:
+        """`places`: its stays; for one in a zone that it does not hold, the piece up to which it is not in there."""
         self.plan = plan
         self.pieces: dict[str, Flags] = {}
         """By zone."""
-        if plan is None:
-            return
-        end = len(plan.pieces) - 1
-        for stay in plan.stays:
+        end = -1 if plan is None else len(plan.pieces) - 1
+        for stay, outside in places.items():
             pieces = self.pieces.setdefault(stay.zone, np.zeros(end + 1, dtype=bool))
-            first = 0 if until.get(stay.zone) == stay.last else stay.first + (0 < stay.first < stay.last)
-            pieces[first : stay.last + (not (plan.more and stay.last == end))] = True
+            first = max(stay.first + (0 < stay.first < stay.last), outside + 1) if outside is not None else 0
+            pieces[first : stay.last + (stay.last < end)] = True
 
 
 @dataclass(slots=True)
@@ -68,30 +69,37 @@ class _Robot:
     """The newest plan, which no presence has counted in yet."""
     plan: PlannedWay | None = None
     """What its presences count in."""
+    number: int = 0
+    """Of the plan that its newest presence counts in, heard or not; 0: none."""
     at: int = 0
     """The piece at the end of what it may use."""
     back: int = 0
     """The piece that it is in by what is measured of it."""
-    held: frozenset[str] = frozenset()
-    """The zones that it was granted."""
     keeps: _Keeps = field(default_factory=lambda: _Keeps(None, {}))
-    known_keeps: dict[tuple[tuple[str, int], ...], _Keeps] = field(default_factory=dict)
-    """Of its plan, by the zones that it holds and up to where: it is tried out what a grant would change."""
+    known_keeps: dict[tuple[int | None, ...], _Keeps] = field(default_factory=dict)
+    """Of its plan, by where it is in its stays: it is tried out what a grant would change."""
 
     @property
     def end(self) -> int:
         return 0 if self.plan is None else len(self.plan.pieces) - 1
 
-    def look_at_zones(self) -> None:
-        """Know from where it keeps others out of zones, after anything that this depends on has changed."""
-        stays = () if self.plan is None else self.plan.stays
-        until = {stay.zone: stay.last for stay in reversed(stays) if stay.zone in self.held and stay.last >= self.back}
-        if self.keeps.plan is not self.plan:
+    def look_at_zones(self, holders: Mapping[str, str | None], held: Collection[str]) -> None:
+        """Know from where it keeps others out of the zones that there are, `held` being its own."""
+        stays = [] if self.plan is None else [stay for stay in self.plan.stays if stay.zone in holders]
+        places: dict[Stay, int | None] = {}
+        had: set[str] = set()
+        for stay in stays:
+            if stay.zone in held and stay.zone not in had and stay.last >= self.back:
+                had.add(stay.zone)
+                places[stay] = None
+            else:
+                places[stay] = self.at if stay.first <= self.at <= stay.last and stay.zone not in held else -1
+        if self.keeps.plan is not self.plan or len(self.known_keeps) > _MOST_KNOWN:
             self.known_keeps = {}
-        had = tuple(sorted(until.items()))
-        if had not in self.known_keeps:
-            self.known_keeps[had] = _Keeps(self.plan, until)
-        self.keeps = self.known_keeps[had]
+        key = tuple(places.values())
+        if key not in self.known_keeps:
+            self.known_keeps[key] = _Keeps(self.plan, places)
+        self.keeps = self.known_keeps[key]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,11 +115,13 @@ class _Near:
     def tables(self, mine: _Keeps, its: _Keeps) -> tuple[NDArray[np.intp], Flags]:
         """For each piece of the second plan the last one of the first that is too near to it; and all that are."""
         if (mine, its) not in self._tables:
+            if len(self._tables) > _MOST_KNOWN:
+                self._tables.clear()
             near = self.bodies
             for zone in mine.pieces.keys() & its.pieces.keys():
                 near = near | np.logical_and.outer(mine.pieces[zone], its.pieces[zone])
-            rows = np.arange(len(near))[:, None]
-            self._tables[mine, its] = np.where(near, rows, _FREE).max(axis=0, initial=_FREE), near
+            last = len(near) - 1 - near[::-1].argmax(axis=0) if len(near) else np.zeros(near.shape[1], np.intp)
+            self._tables[mine, its] = np.where(near.any(axis=0), last, _FREE), near
         return self._tables[mine, its]
 
 
@@ -125,8 +135,10 @@ class Order:
         self._robots: dict[str, _Robot] = {}
         self._near: dict[tuple[str, str], _Near] = {}
         """By two robots, for their plans."""
-        self._put_off: dict[str, tuple[object, Refusal | None]] = {}
-        """By robot: what was asked for it last, with all that the answer goes by, and the answer."""
+        self._holders: Mapping[str, str | None] = {}
+        """All zones by name, and who has them."""
+        self._answers: dict[tuple[str, ...], tuple[object, Refusal | None]] = {}
+        """By robot and the zones that it waits for: all that the newest answer goes by, and the answer."""
 
     def planned(self, way: PlannedWay) -> None:
         """Take a plan, unless it is older than the newest one."""
@@ -143,17 +155,15 @@ class Order:
         coming = robot.coming
         if coming is not None and (coming.owner, coming.number) == (presence.owner, way.plan):
             robot.plan, robot.coming = coming, None
-        if way.plan == 0:
-            robot.plan = None
-        robot.look_at_zones()
-        plan = robot.plan
-        if plan is None or (plan.owner, plan.number) != (presence.owner, way.plan):
-            return
-        mine = [piece for piece in reserved.values() if piece != NO_PIECE]
-        robot.at = min(max(mine, default=0), robot.end)
-        used = [piece for piece in way.pieces[: way.committed].tolist() if piece != NO_PIECE]
-        robot.back = min(min(used, default=robot.at), robot.end)
-        robot.look_at_zones()
+        plan, robot.number = robot.plan, way.plan
+        if plan is not None and (way.plan == 0 or plan.owner != presence.owner):
+            plan = robot.plan = None
+        if plan is not None and plan.number == way.plan:
+            mine = [piece for piece in reserved.values() if piece != NO_PIECE]
+            robot.at = min(max(mine, default=0), robot.end)
+            used = [piece for piece in way.pieces[: way.committed].tolist() if piece != NO_PIECE]
+            robot.back = min(min(used, default=robot.at), robot.end)
+        self._look_at_zones(presence.robot)
 
     def plans(self, robot: str) -> bool:
         """Whether a robot has a planned way."""
@@ -162,36 +172,50 @@ class Order:
     def leave_out(self, robot: str) -> None:
         """A robot that does not go on is in nobody's order, until its presences count in a plan again."""
         mine = self._robots.setdefault(robot, _Robot())
-        mine.coming, mine.plan = mine.coming or mine.plan, None
-        mine.look_at_zones()
+        mine.coming, mine.plan, mine.number = mine.coming or mine.plan, None, 0
+        self._look_at_zones(robot)
 
     def hold(self, holders: Mapping[str, str | None]) -> None:
-        """Who has which zone by now, by its name."""
-        for name, robot in self._robots.items():
-            robot.held = frozenset(zone for zone, holder in holders.items() if holder == name)
-            robot.look_at_zones()
+        """Who has which of all zones by now, by its name."""
+        if holders != self._holders:
+            self._holders = dict(holders)
+            for robot in self._robots:
+                self._look_at_zones(robot)
 
-    def why_not_grant(self, robot: str, zones: Sequence[str]) -> Refusal | None:
-        """Who must get through before a robot has these zones; None: nobody, or it has no planned way."""
-        standing = self._positions()
-        if robot not in standing:
+    def _look_at_zones(self, robot: str) -> None:
+        held = {zone for zone, holder in self._holders.items() if holder == robot}
+        self._robots[robot].look_at_zones(self._holders, held)
+
+    def why_not_grant(self, robot: str, zones: Sequence[str], going: Collection[str]) -> Refusal | None:
+        """Who must get through before a robot has these zones; None: nobody, or it has no planned way.
+
+        `going`: for whom it is to wait if need be. Who is silent keeps nobody out of a zone that is free.
+        """
+        mine = self._robots.get(robot)
+        if mine is None or mine.number == 0:
             return None
-        asked = (tuple(zones), self.turn, standing, {each: self._robots[each].keeps for each in standing})
-        if self._put_off.get(robot, (None, None))[0] != asked:
-            self._put_off[robot] = asked, self._why_not_now(robot, zones, standing)
-        return self._put_off[robot][1]
+        if not self.knows(robot, mine.number):
+            return Refusal("", f"what {robot} has planned has not been heard yet")
+        standing = {each: at for each, at in self._positions().items() if each in going or each == robot}
+        basis = self.turn, standing, {each: self._robots[each].keeps for each in standing}
+        key = robot, *zones
+        if self._answers.get(key, (None, None))[0] != basis:
+            if len(self._answers) > _MOST_KNOWN * len(self._robots):
+                self._answers.clear()
+            self._answers[key] = basis, self._why_not_now(robot, zones, standing)
+        return self._answers[key][1]
 
     def _why_not_now(self, robot: str, zones: Sequence[str], standing: Mapping[str, int]) -> Refusal | None:
         already, was_before = self._stuck(standing), self._is_before_the_next(robot, standing)
-        with self._holding(robot, self._robots[robot].held.union(zones)):
+        with self._holding(robot, zones):
             stuck, is_before = self._stuck(standing), self._is_before_the_next(robot, standing)
         if is_before and not was_before:
             why = f"{self.turn}, which has waited for long, must get through before {robot}"
-            return self._waits_for(self.turn, why, standing)
+            return self._waits_for(self.turn, robot, why, standing)
         if len(stuck) <= len(already):
             return None
         other = next((each for each in stuck if each != robot and each not in already), robot)
-        return self._waits_for(other, f"{other} must get through before {robot}", standing)
+        return self._waits_for(other, robot, f"{other} must get through before {robot}", standing)
 
     def _is_before_the_next(self, robot: str, standing: Mapping[str, int]) -> bool:
         """Whether the robot whose turn it is waits for this one."""
@@ -219,9 +243,8 @@ class Order:
                 key=lambda each: (self._last_near(each, robot)[last] <= standing[each], each in already),
             )
             other = others[0] if others else robot
-            refusal = self._waits_for(
-                other, f"{robot} would be in the way of {other}, which must get through first", standing
-            )
+            why = f"{robot} would be in the way of {other}, which must get through first"
+            refusal = self._waits_for(other, robot, why, standing)
             count = next((k for k, piece in enumerate(pieces[:count]) if piece == last), 0)
         return 0, refusal
 
@@ -230,6 +253,7 @@ class Order:
         mine = self._robots[robot]
         cleared = max((piece for piece in pieces if piece != NO_PIECE), default=mine.at)
         mine.at = min(max(cleared, mine.at), max(mine.end, 0))
+        self._look_at_zones(robot)
 
     def _out_of_the_way_of_the_next(
         self, robot: str, pieces: Sequence[int], standing: Mapping[str, int]
@@ -248,13 +272,13 @@ class Order:
             before = robot in self._before(self.turn, {**standing, robot: here})
             if before and not was_before:
                 why = f"{robot} would be in the way of {self.turn}, which has waited for long and goes first"
-                return count, self._waits_for(self.turn, why, standing)
+                return count, self._waits_for(self.turn, robot, why, standing)
         return len(pieces), None
 
-    def _waits_for(self, other: str, why: str, standing: Mapping[str, int]) -> Refusal:
+    def _waits_for(self, other: str, robot: str, why: str, standing: Mapping[str, int]) -> Refusal:
         """It names one that can go on at once, so no circle is told of where there is none."""
         able = self.goes_first(other) or [each for each in standing if self._farthest_bay(each, standing) is not None]
-        first = min(able, default=other)
+        first = min((each for each in able if each != robot), default=other)
         return Refusal(first, why if first == other else f"{why}, after {first}")
 
     def before(self, robot: str) -> set[str]:
@@ -297,7 +321,7 @@ class Order:
         standing = self._positions()
         if robot not in standing:
             return None
-        with self._holding(robot, ()):  # out of a zone it gives it back
+        with self._holding(robot, (), others=False):  # out of a zone it gives it back
             for piece in range(standing[robot] - 1, -1, -1):
                 stuck = self._stuck(standing | {robot: piece})
                 if not any(each in stuck for each in waiting):
@@ -305,14 +329,15 @@ class Order:
         return None
 
     @contextmanager
-    def _holding(self, robot: str, zones: Iterable[str]) -> Iterator[None]:
-        """As if a robot had these zones."""
+    def _holding(self, robot: str, zones: Collection[str], *, others: bool = True) -> Iterator[None]:
+        """As if a robot had these zones, and the `others` that it has."""
+        had = {zone for zone, holder in self._holders.items() if holder == robot} if others else set[str]()
         mine = self._robots[robot]
-        held, keeps = mine.held, mine.keeps
-        mine.held = frozenset(zones)
-        mine.look_at_zones()
-        yield
-        mine.held, mine.keeps = held, keeps
+        mine.look_at_zones(self._holders, had.union(zones))
+        try:
+            yield
+        finally:
+            self._look_at_zones(robot)
 
     def _positions(self) -> dict[str, int]:
         return {name: robot.at for name, robot in self._robots.items() if robot.plan is not None and robot.end >= 0}

@@ -1,6 +1,6 @@
 """Keeps the robots of a cell apart: from their presences to clearances, and what people are told of it."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from cell.config.settings import CellSettings
@@ -44,7 +44,7 @@ class Separation:
         """Those of them that were in space of others, and were told of."""
         self._at_rest: dict[str, bool] = {}
         self._refused: dict[str, tuple[Refusal, float]] = {}
-        """Who is cleared nothing, why, and when it was told so last."""
+        """Who is cleared nothing, or granted no zone though it is free, why, and when it was told so last."""
         self.waiting: dict[str, Refusal] = {}
         """Who rests and is cleared nothing, and why."""
         margins = {frozenset(pair.robots): pair.margin_m for pair in settings.separation.pairs}
@@ -98,10 +98,17 @@ class Separation:
         """Who has which zone by now."""
         self._order.hold(holders)
 
-    def why_not_grant(self, robot: str, zones: Sequence[str]) -> str:
-        """Why a robot must not have these zones yet, so that all get through; empty: it may."""
-        refusal = self._order.why_not_grant(robot, zones)
-        return "" if refusal is None else refusal.text
+    def why_not_grant(self, robot: str, zones: Sequence[str], going: Collection[str], cell_time: float) -> str:
+        """Why a robot must not have these zones yet, so that all `going` get through; empty: it may.
+
+        Who is put off waits like one that is cleared no room.
+        """
+        refusal = self._order.why_not_grant(robot, zones, going)
+        if refusal is None:
+            return ""
+        self._turn.asked(robot, cell_time)
+        self._keep_in_mind(robot, refusal, cell_time)
+        return refusal.text
 
     def clear(self, cell_time: float) -> tuple[list[Clearance], list[SpaceNews]]:
         """Answers to what was asked for since the last call, and what there is to tell."""
@@ -120,10 +127,13 @@ class Separation:
         if clearance.refused is None or clearance.cleared > 0:
             self._refused.pop(clearance.robot, None)
             return clearance
-        before = self._refused.get(clearance.robot)
-        refusal = replace(clearance.refused, since=cell_time if before is None else before[0].since)
-        self._refused[clearance.robot] = refusal, cell_time
-        return replace(clearance, refused=refusal)
+        return replace(clearance, refused=self._keep_in_mind(clearance.robot, clearance.refused, cell_time))
+
+    def _keep_in_mind(self, robot: str, refusal: Refusal, cell_time: float) -> Refusal:
+        before = self._refused.get(robot)
+        dated = replace(refusal, since=cell_time if before is None else before[0].since)
+        self._refused[robot] = dated, cell_time
+        return dated
 
     def _link(self, robot: str, capsule: int) -> str:
         links = self._links.get(robot, ())

@@ -26,9 +26,13 @@ class Turn:
         self._cleared: dict[str, float] = {}
         """When each robot was cleared something last [s]."""
 
+    def asked(self, robot: str, now: float) -> None:
+        """Somebody asks for room, or for a zone; `now` is cell time [s]."""
+        self._asked[robot] = now
+
     def answered(self, clearance: Clearance, now: float) -> None:
         """Take an answer; `now` is cell time [s]."""
-        self._asked[clearance.robot] = now
+        self.asked(clearance.robot, now)
         if clearance.cleared > 0:
             self._cleared[clearance.robot] = now
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cell.messages import PlannedWay, Sections, Stay
 from cell.messages.sections import MOST_SECTIONS, MOST_STAYS, NO_PIECE, Pieces
 from robot_agent.agent.planning.plans import Planned
-from robot_agent.workspace import MotionSections, of_points
+from robot_agent.workspace import MotionSections, of_points, with_entry
 
 _PIECE_M = 0.06
 """A piece is as many sections as the end of a capsule that goes the farthest goes in so much, in a motion of up to
@@ -62,8 +62,8 @@ class Outlook:
             which = which + len(pieces)
             for section, piece in zip(sections.sections.ids.tolist(), which.tolist(), strict=True):
                 self._pieces_of.setdefault(section, []).append(piece)
-            for crossing in motion.crossings:
-                first, last = sections.span(crossing.enter_tau, crossing.leave_tau)
+            for crossing, entry in with_entry(motion.crossings):
+                first, last = sections.span(entry, crossing.leave_tau)
                 stays.append(Stay(crossing.zone, int(which[first]), int(which[last])))
             pieces = pieces.joined(coarse)
         self._number += 1

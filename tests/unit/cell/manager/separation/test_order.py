@@ -6,6 +6,7 @@ from itertools import cycle
 from types import MappingProxyType
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -48,7 +49,8 @@ class Ways:
         self.known, self.order, self.counts = Known(near), Order(Known(near)), counts
         self.at = dict.fromkeys(counts, 0)
         self.stays = {robot: stays.get(robot, ()) for robot in counts}
-        self.holders: dict[str, str | None] = {}
+        self.holders: dict[str, str | None] = dict.fromkeys("pqr")
+        self.going = set(counts)
         for robot, count in counts.items():
             pieces = _pieces(robot, count)
             self.order.planned(PlannedWay(robot, "b", 1, 1, more=False, pieces=pieces, stays=self.stays[robot]))
@@ -107,7 +109,7 @@ class Ways:
         if any(self.holders.get(zone) for zone in wished):
             return "another one has it"
         self.order.hold(self.holders)
-        refusal = self.order.why_not_grant(robot, sorted(wished)) if wished else None
+        refusal = self.order.why_not_grant(robot, sorted(wished), self.going) if wished else None
         if refusal is not None:
             return refusal.text
         self.holders |= dict.fromkeys(wished, robot)
@@ -205,7 +207,7 @@ def test_where_zones_are_granted_without_the_order_some_of_them_wait_for_ever() 
     stuck = 0
     for seed in range(60):
         ways, rng = _with_zones(seed), random.Random(seed + 1)
-        ways.order.why_not_grant = lambda _robot, _zones: None  # type: ignore[method-assign]
+        ways.order.why_not_grant = lambda _robot, _zones, _going: None  # type: ignore[method-assign]
         for _ in range(80 * len(ways.counts)):
             robot = rng.choice(sorted(ways.counts))
             ways.ask(robot, rng.randint(1, 3))
@@ -262,21 +264,71 @@ def test_a_zone_and_room_that_two_robots_need_in_turn_are_one_circle() -> None:
     assert ways.ask("a", 3) == "b must get through before a", "a would stand in p, b in the room before p"
 
 
-def test_who_may_still_stand_in_front_of_a_zone_and_who_may_go_on_out_of_it_keep_nobody_out() -> None:
+@pytest.mark.parametrize(("at", "stay"), [(2, (2, 4)), (0, (0, 4)), (3, (3, 3)), (4, (2, 4))])
+def test_who_stands_in_front_of_a_zone_or_behind_it_without_having_it_keeps_nobody_out(
+    at: int, stay: tuple[int, int]
+) -> None:
+    """Its first piece begins in front of the zone, its last one ends behind it."""
+    ways = Ways({"a": 8, "b": 8}, set(), {"a": (Stay("p", *stay),), "b": (Stay("p", 2, 4),)})
+    ways.hear("a", at)
+    assert ways.ask("b", 3) == ""
+
+
+def test_who_is_let_in_beyond_a_zone_keeps_nobody_out_before_it_says_so() -> None:
     ways = Ways({"a": 8, "b": 8}, set(), {"a": (Stay("p", 2, 4),), "b": (Stay("p", 2, 4),)})
-    ways.onward("a", 2)
-    assert (ways.at["a"], ways.ask("b", 3)) == (2, ""), "the first piece is in front of the zone, too"
-    short = Ways({"a": 5, "b": 8}, set(), {"a": (Stay("p", 2, 4),), "b": (Stay("p", 2, 4),)})
-    assert short.ask("a", 3) == "b must get through before a", "a ends in there"
-    way = PlannedWay("a", "b", 1, 2, more=True, pieces=_pieces("a", 5), stays=(Stay("p", 2, 4),))
-    short.order.planned(way)
-    short.hear("a", plan=2)
-    assert short.ask("a", 3) == ""
+    ways.hear("a", 2)
+    ways.order.let_in("a", [3, 4])
+    assert ways.ask("b", 3) == ""
+
+
+@pytest.mark.parametrize("more", [False, True])
+def test_who_ends_in_a_zone_is_granted_it_all_the_same(more: bool) -> None:
+    """It may go on, if by another program; who needs the zone after it waits for that, as without an order."""
+    ways = Ways({"a": 5, "b": 8}, set(), {"b": (Stay("p", 2, 4),)})
+    ways.stays["a"] = (Stay("p", 2, 4),)
+    ways.order.planned(PlannedWay("a", "b", 1, 2, more=more, pieces=_pieces("a", 5), stays=ways.stays["a"]))
+    ways.hear("a", plan=2)
+    assert ways.ask("a", 3) == ""
+    assert ways.ask("b", 3) == "another one has it"
+
+
+def test_who_is_silent_keeps_nobody_out_of_a_zone_that_is_free() -> None:
+    ways = _through_both("pq", "qp")
+    ways.ask("a", 3)
+    assert ways.ask("b", 3) == "a must get through before b"
+    ways.going = {"b"}
+    assert ways.ask("b", 3) == ""
+
+
+def test_nothing_is_granted_by_a_plan_that_has_not_been_heard_yet() -> None:
+    ways = _through_both("pq", "qp")
+    ways.hear("b", plan=2)
+    assert ways.ask("b", 3) == "what b has planned has not been heard yet"
+    ways.hear("b", plan=0)
+    assert ways.ask("b", 3) == "", "it has none any more"
+
+
+def test_a_plan_of_a_claim_before_counts_no_more() -> None:
+    ways = _through_both("pq", "qp")
+    ways.ask("a", 3)
+    section = _pieces("a", 1)
+    body, way = Body(True, (0.0, 0.0, 0.0), 1.0), Way(section, 1, 1, plan=1, pieces=np.uint32([0]))
+    ways.order.hear(Presence("a", "b", 2, 1, None, "", body, 0.0, way=way), {})
+    assert not ways.order.plans("a")
+
+
+def test_stays_that_nobody_could_have_are_borne() -> None:
+    far, strange = 2**62, (Stay("p", 2**62, 2**62), Stay("nowhere", 0, 7), Stay("p", 6, 1), Stay("q", 3, 2**62))
+    ways = Ways({"a": 8, "b": 8}, set(), {"a": strange, "b": (Stay("p", 2, 4), Stay("q", 0, far))})
+    for robot in "ab":
+        ways.order.hold({"p": robot, "q": None})
+        ways.order.why_not_grant(robot, ["p", "q"], "ab")
+        ways.onward(robot, 4)
 
 
 def test_who_goes_back_out_of_a_zone_gives_it_back() -> None:
     ways = _through_both("pq", "qp")
-    ways.order.why_not_grant = lambda _robot, _zones: None  # type: ignore[method-assign]
+    ways.order.why_not_grant = lambda _robot, _zones, _going: None  # type: ignore[method-assign]
     for robot in "ab":
         ways.ask(robot, 3)
         ways.onward(robot, 3)
@@ -289,7 +341,7 @@ def test_whoever_has_no_planned_way_is_granted_what_is_free() -> None:
     ways = _through_both("pq", "qp")
     ways.ask("a", 3)
     ways.order.leave_out("b")
-    assert ways.order.why_not_grant("b", ["q"]) is None
+    assert ways.order.why_not_grant("b", ["q"], "ab") is None
 
 
 def test_without_an_order_some_of_them_block_each_other() -> None:
