@@ -3,7 +3,7 @@
 import numpy as np
 
 from cell.manager.separation.separation import Separation, SpaceNews
-from cell.messages import Heard, Presence, Sections, Way
+from cell.messages import Heard, PlannedWay, Presence, Sections, Stay, Way
 from tests.unit.manager_world import settings
 from tests.unit.plain_body import plain_body
 
@@ -25,11 +25,12 @@ class Two:
         for robot, x in (("left", 0.0), ("right", 1.0)):
             self.says(robot, _section(ord(robot[0]), x), x)
 
-    def says(self, robot: str, sections: Sections, x: float, owned: int = 1) -> None:
-        """It stands at `x`, owns so many of these sections, and asks for the others."""
+    def says(self, robot: str, sections: Sections, x: float, owned: int = 1, plan: int = 0) -> None:
+        """It stands at `x`, owns so many of these sections, and asks for the others; a plan begins there."""
         self._sequence += 1
         body = plain_body((0.1,), (((x, 0.0, 0.0, x, 0.0, 0.0),),), (0.0,), reach_m=0.5)
-        way = Way(sections, owned, owned, ("hand",))
+        pieces = np.zeros(len(sections) if plan else 0, np.uint32)
+        way = Way(sections, owned, owned, ("hand",), plan=plan, pieces=pieces)
         heard = Heard("m", 1)
         presence = Presence(robot, robot, 1, self._sequence, heard, "digest", body, 0.0, epoch=5, way=way)
         self.told += self.separation.hear(presence)
@@ -82,6 +83,25 @@ def test_robots_that_are_refused_for_each_other_for_a_second_are_a_stand_off() -
         cell.says("left", _section(ord("l"), 0.0), 0.0)
         cell.answers()
     assert cell.separation.standoffs == ()
+
+
+def test_who_is_put_off_for_a_zone_waits_as_one_that_is_cleared_no_room() -> None:
+    cell = Two()
+    for robot, zones, x in (("left", "pq", 0.0), ("right", "qp", 1.0)):
+        far = Sections()
+        for number in range(8):
+            far = far.joined(_section(50 + number, 100.0 * x + 50.0 + number))
+        stays = (Stay(zones[0], 2, 4), Stay(zones[1], 4, 6))
+        cell.separation.planned(PlannedWay(robot, robot, 1, 1, more=False, pieces=far, stays=stays))
+        cell.says(robot, _section(ord(robot[0]), x), x, plan=1)
+    cell.separation.hold({"p": "left", "q": None})
+    for _ in range(2):
+        why = cell.separation.why_not_grant("right", ["q"], ["left", "right"], cell.cell_time)
+        assert why == "left must get through before right"
+        cell.answers()
+        assert cell.separation.waiting["right"].by == "left"
+    cell.answers(1.0)
+    assert cell.separation.waiting == {}, "it asks no more"
 
 
 def test_who_has_not_reported_keeps_all_waiting_by_name() -> None:

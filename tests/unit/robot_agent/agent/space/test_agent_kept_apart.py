@@ -160,6 +160,14 @@ def test_a_robot_without_torque_that_is_pushed_owns_where_it_is_and_not_all_its_
     assert max(owned) < 10
 
 
+def test_who_has_lost_its_drives_has_no_plan_any_more() -> None:
+    world = _running(THERE_AND_BACK)
+    world.run(0.4)
+    assert world.presences[-1].way.plan > 0
+    world.quick_stop()
+    until(world, lambda: world.presences[-1].way.plan == 0)
+
+
 def test_a_halted_robot_gives_up_what_it_does_not_use() -> None:
     world = _running(THERE_AND_BACK)
     world.run(0.4)
