@@ -18,7 +18,7 @@ from cell.manager.separation.separation import Separation, SpaceNews
 from cell.manager.setup_turns import SetupTurns
 from cell.manager.variables import Variables
 from cell.manager.zone_changes import Over, WriteZone, ZoneChanges, ZoneNotWritten, ZonesWritten
-from cell.manager.zone_turns import ZoneTurns
+from cell.manager.zone_turns import NOTHING, ZoneTurns
 from cell.manager.zones import Intrusion, Sight, Zone
 from cell.messages import (
     AdoptZone,
@@ -35,6 +35,7 @@ from cell.messages import (
     PlaceFrame,
     PlannedWay,
     Presence,
+    Refusal,
     Reply,
     ResetEstop,
     RobotStands,
@@ -209,10 +210,10 @@ class ManagerCore:
         self._breaches = {(z, r): why for (z, r), why in self._breaches.items() if r in self._zones[z].suspects}
         return {robot: why for (_, robot), why in self._breaches.items()}
 
-    def _why_not_yet(self, robot: str, zones: Sequence[str], going: Collection[str], now: float) -> str:
-        """Why a robot must not have zones that are free; empty: it may."""
+    def _why_not_yet(self, robot: str, zones: Sequence[str], going: Collection[str], now: float) -> Refusal | None:
+        """Why a robot must not have zones that are free; None: it may."""
         if self._separation is None:
-            return ""
+            return None
         self._tell_holders(self._separation)
         return self._separation.why_not_grant(robot, zones, going, self._cell_time(now))
 
@@ -517,6 +518,7 @@ class ManagerCore:
 
     def _status(self, zone: Zone, sights: Mapping[str, Sight]) -> ZoneStatus:
         blocked = f"{zone.reason}: {_ways_out(zone, sights)}" if zone.state is ZoneState.ORPHANED else ""
+        free = self._why_free(zone, sights)
         return ZoneStatus(
             zone.state,
             zone.holder,
@@ -524,22 +526,25 @@ class ManagerCore:
             tuple(zone.queue),
             self._spaces[zone.name].geometry.version,
             self._since[zone.name],
-            blocked or self._why_free(zone, sights),
+            blocked or free.text,
+            free.by,
         )
 
-    def _why_free(self, zone: Zone, sights: Mapping[str, Sight]) -> str:
+    def _why_free(self, zone: Zone, sights: Mapping[str, Sight]) -> Refusal:
         """Why a free zone is not granted to anyone."""
         if zone.state is not ZoneState.FREE:
-            return ""
+            return NOTHING
         if zone.awaited:
             names = ", ".join(sorted(zone.awaited))
-            return f"no grants before {names} reported, or `cell zone clear {zone.name}`"
+            return Refusal("", f"no grants before {names} reported, or `cell zone clear {zone.name}`")
         if self._changes.announced is not None:
-            return f"zone {self._changes.announced} is being changed"
+            return Refusal("", f"zone {self._changes.announced} is being changed")
         if self._latch.in_force:
-            return "emergency stop"
+            return Refusal("", "emergency stop")
         lost = [robot for robot in zone.queue if not sights[robot].known]
-        return f"{', '.join(lost)} not referenced" if lost else self._turns.why_free(zone.name, self._zones)
+        if lost:
+            return Refusal("", f"{', '.join(lost)} not referenced")
+        return self._turns.why_free(zone.name, self._zones)
 
     def _publish_geometry(self, now: float) -> None:
         if now < self._geometry_due:

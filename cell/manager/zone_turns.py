@@ -18,11 +18,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from cell.manager.zones import Sight, Zone
-from cell.messages import Token, ZoneState
+from cell.messages import Refusal, Token, ZoneState
 
 Sights = Mapping[str, Mapping[str, Sight]]
 """By zone and robot."""
 _HELD = (ZoneState.GRANTED, ZoneState.OCCUPIED)
+NOTHING = Refusal("", "")
+"""Against a grant."""
 
 
 @dataclass(slots=True)
@@ -54,8 +56,8 @@ class ZoneTurns:
     _places: dict[tuple[str, str], _Place] = field(default_factory=dict)
     _cycle: int = 0
     _wishes: list[_Wish] = field(default_factory=list)
-    _put_off: dict[str, str] = field(default_factory=dict)
-    """By robot: who gets through before it has what is free and its turn."""
+    _put_off: dict[str, Refusal] = field(default_factory=dict)
+    """By robot: who gets through before it has what is free."""
 
     def line_up(self, zones: Mapping[str, Zone], sights: Sights) -> None:
         """Follow who waits for what, and bring each zone's queue into the order of the wishes."""
@@ -91,11 +93,11 @@ class ZoneTurns:
         sights: Sights,
         new_token: Callable[[], Token],
         sequence: int,
-        why_not_yet: Callable[[str, Sequence[str]], str] = lambda _robot, _zones: "",
+        why_not_yet: Callable[[str, Sequence[str]], Refusal | None] = lambda _robot, _zones: None,
     ) -> list[tuple[str, str]]:
         """Give what is free to those whose turn it is: zones and robots. `sequence` is that of the next state.
 
-        `why_not_yet` says why a robot must not have these zones although they are free; empty: it may.
+        `why_not_yet` says why a robot must not have these zones although they are free; None: it may.
         """
         self._put_off = {}
         kept: set[str] = set()
@@ -123,15 +125,15 @@ class ZoneTurns:
                 if (name, wish.robot) in self._places:
                     self._places[name, wish.robot].overtaken += 1
 
-    def why_free(self, name: str, zones: Mapping[str, Zone]) -> str:
-        """What the first who waits for a free zone needs with it, for people; empty when that is nothing."""
+    def why_free(self, name: str, zones: Mapping[str, Zone]) -> Refusal:
+        """Why the first who waits for a free zone has not got it: what it needs with it, or who goes before it."""
         wish = next((wish for wish in self._wishes if name in wish.zones), None)
         if wish is None:
-            return ""
+            return NOTHING
         missing = [why for other in wish.zones if other != name and (why := _why_not(wish.robot, zones[other]))]
         if missing:
-            return f"{wish.robot} needs with it {' and '.join(missing)}"
-        return self._put_off.get(wish.robot, "")
+            return Refusal("", f"{wish.robot} needs with it {' and '.join(missing)}")
+        return self._put_off.get(wish.robot, NOTHING)
 
 
 def _why_not(robot: str, zone: Zone) -> str:

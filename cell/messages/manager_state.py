@@ -33,6 +33,8 @@ class ZoneStatus:
     since: Duration
     reason: Text = ""
     """Why nobody is granted the zone although robots wait for it, or why it is orphaned; for people."""
+    by: Name = ""
+    """The robot for which it is not granted to the first in the queue, though it is free; empty: there is none."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -126,7 +126,7 @@ SPACE = (
             Edit(
                 "cell/manager/zone_turns.py",
                 "            if why := why_not_yet(wish.robot, wish.zones):\n",
-                '            if why := "":\n',
+                "            if why := None:\n",
             ),
         ),
     ),

@@ -73,7 +73,7 @@ def _one(robot: str, seen: Snapshot, clearance: Clearance | None) -> tuple[str, 
         return f"{robot} waits{_since(refusal.since, seen)}: {reason}", refusal.by
     for name, zone in seen.manager.zones.items() if seen.manager is not None else ():
         if reason.startswith(f"zone {name}:"):
-            holder = zone.holder if zone.holder is not None and zone.holder != robot else ""
+            holder = zone.holder if zone.holder is not None and zone.holder != robot else zone.by
             return f"{robot} waits{_since(zone.since, seen)}: {reason}", holder
     if reason and state.program.waits_s is not None and reason == state.waiting_for:
         return f"{robot} waits, for {state.program.waits_s:.1f} s so far: {reason}", ""

@@ -98,17 +98,18 @@ class Separation:
         """Who has which zone by now."""
         self._order.hold(holders)
 
-    def why_not_grant(self, robot: str, zones: Sequence[str], going: Collection[str], cell_time: float) -> str:
-        """Why a robot must not have these zones yet, so that all `going` get through; empty: it may.
+    def why_not_grant(
+        self, robot: str, zones: Sequence[str], going: Collection[str], cell_time: float
+    ) -> Refusal | None:
+        """Why a robot must not have these zones yet, so that all `going` get through; None: it may.
 
         Who is put off waits like one that is cleared no room.
         """
         refusal = self._order.why_not_grant(robot, zones, going)
         if refusal is None:
-            return ""
+            return None
         self._turn.asked(robot, cell_time)
-        self._keep_in_mind(robot, refusal, cell_time)
-        return refusal.text
+        return self._keep_in_mind(robot, refusal, cell_time)
 
     def clear(self, cell_time: float) -> tuple[list[Clearance], list[SpaceNews]]:
         """Answers to what was asked for since the last call, and what there is to tell."""

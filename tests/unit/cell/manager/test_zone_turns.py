@@ -60,7 +60,7 @@ class Line:
         return "".join(self.zones[name].queue)
 
     def why(self, name: str) -> str:
-        return self.turns.why_free(name, self.zones)
+        return self.turns.why_free(name, self.zones).text
 
 
 def test_zones_that_are_needed_together_are_granted_together_or_not_at_all() -> None:

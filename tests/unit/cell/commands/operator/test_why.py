@@ -67,6 +67,17 @@ def test_a_zone_leads_to_its_holder() -> None:
     ]
 
 
+def test_a_zone_that_is_free_leads_to_who_must_get_through_first() -> None:
+    reason = "right must get through before left"
+    zone = ZoneStatus(ZoneState.FREE, None, None, ("left",), 1, 5.0, reason, "right")
+    waits = f"zone door: {reason}"
+    seen = Snapshot({"left": _state("left", waits), "right": _state("right")}, manager=_manager(zones={"door": zone}))
+    assert explained("left", seen, {}) == [
+        f"left waits, for 5.0 s so far: {waits}",
+        "right waits for nothing: it moves, line 3 ML Z=1150",
+    ]
+
+
 def test_an_old_refusal_of_a_robot_that_moves_on_is_not_told() -> None:
     seen = Snapshot({"left": _state("left")}, manager=_manager())
     assert explained("left", seen, {"left": _refused("left", "right", NEAR, 6.0)}) == [
