@@ -52,8 +52,6 @@ FINDINGS = (
             Edit("cell/manager/presences.py", "        self._sent.forget()\n", "        pass\n"),
             Edit(CLAIMS, "        self.sent.forget()\n", "        pass\n"),
         ),
-        "ages are by the own clock, which goes on in a freeze: after one of more than 0.25 s all that was sent before it is "
-        "older than the 0.25 s that count as fresh",
     ),
     Mutant(
         "old-news-accepted",
