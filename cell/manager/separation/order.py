@@ -427,6 +427,29 @@ class Order:
             if back is not None and back.plan is its.plan and back.its_plan is mine.plan:
                 bodies = back.bodies.T
             else:
-                bodies = self._conflicts.too_near(robot, mine.plan.pieces, other, its.plan.pieces)
+                bodies = self._bodies_near(robot, mine.plan.pieces, other, its.plan.pieces, known)
             known = self._near[robot, other] = _Near(mine.plan, its.plan, bodies)
         return known.tables(mine, its)
+
+    def _bodies_near(self, robot: str, mine: Sections, other: str, its: Sections, known: _Near | None) -> Flags:
+        """Measured only where one of two pieces was in no plan before: the same id is the same space."""
+        near = np.zeros((len(mine), len(its)), dtype=bool)
+        before, its_before = (
+            (known.plan.pieces, known.its_plan.pieces) if known is not None else (Sections(), Sections())
+        )
+        old, its_old = _same(mine, before), _same(its, its_before)
+        new, kept = np.flatnonzero(old == _FREE), np.flatnonzero(old != _FREE)
+        its_new, its_kept = np.flatnonzero(its_old == _FREE), np.flatnonzero(its_old != _FREE)
+        if known is not None:
+            near[np.ix_(kept, its_kept)] = known.bodies[np.ix_(old[kept], its_old[its_kept])]
+        if len(new):
+            near[new] = self._conflicts.too_near(robot, mine[new], other, its)
+        if len(kept) and len(its_new):
+            near[np.ix_(kept, its_new)] = self._conflicts.too_near(robot, mine[kept], other, its[its_new])
+        return near
+
+
+def _same(pieces: Sections, others: Sections) -> NDArray[np.intp]:
+    """Which of the others each piece is; `_FREE`: none."""
+    places = {id: place for place, id in enumerate(others.ids.tolist())}
+    return np.array([places.get(id, _FREE) for id in pieces.ids.tolist()], dtype=np.intp)

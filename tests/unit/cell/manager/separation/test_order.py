@@ -529,3 +529,54 @@ def test_who_has_to_back_is_told_how_far() -> None:
     ways.hear("b", 2)
     assert ways.order.way_back("a", ["a", "b"]) == 1
     assert ways.order.way_back("b", ["a", "b"]) == 1
+
+
+class ById:
+    """Places are too near to each other as their ids say; how many pairs were asked for."""
+
+    asked = 0
+
+    def too_near(self, _robot: str, sections: Sections, _other: str, others: Sections) -> Flags:
+        self.asked += len(sections) * len(others)
+        return (sections.ids[:, None] * np.uint64(7) + others.ids * np.uint64(11)) % np.uint64(3) == 0
+
+
+def _tell(order: Order, robot: str, number: int, ids: list[int]) -> None:
+    pieces = Sections(np.uint64(ids), np.zeros((len(ids), 1, 2, 3), np.float32), np.zeros((len(ids), 1), np.float32))
+    order.planned(PlannedWay(robot, "b", 1, number, more=False, pieces=pieces))
+    body, way = Body(True, (0.0, 0.0, 0.0), 1.0), Way(pieces[:1], 1, 1, plan=number, pieces=np.uint32([0]))
+    order.hear(Presence(robot, "b", 1, number, None, "", body, 0.0, way=way), {ids[0]: 0})
+
+
+@given(st.integers(0, 10**9))
+@settings(max_examples=60, deadline=None)
+def test_a_plan_that_goes_on_as_the_one_before_is_the_same_to_the_order_as_a_new_one(seed: int) -> None:
+    """Some of its places were in the plan before, in any order, and some come several times."""
+    rng = random.Random(seed)
+    conflicts = ById()
+    long, plans = Order(conflicts), dict[str, list[int]]()
+    for number in range(1, 8):
+        for robot in rng.sample("ab", rng.randint(1, 2)) if number > 1 else "ab":
+            before = plans.get(robot, [])
+            kept = before[rng.randint(0, len(before)) :]
+            plans[robot] = [*kept, *(rng.randint(0, 50) for _ in range(rng.randint(1, 6)))]
+            _tell(long, robot, number, plans[robot])
+        new = Order(ById())
+        for robot, ids in plans.items():
+            _tell(new, robot, 1, ids)
+        for robot, ids in plans.items():
+            asked = range(1, len(ids))
+            assert long.admitted(robot, asked) == new.admitted(robot, asked)
+            assert long.before(robot) == new.before(robot)
+
+
+def test_what_is_the_same_in_two_plans_is_measured_once() -> None:
+    conflicts = ById()
+    order = Order(conflicts)
+    for robot, ids in (("a", range(100)), ("b", range(200, 300))):
+        _tell(order, robot, 1, list(ids))
+    order.before("a")
+    before = conflicts.asked
+    _tell(order, "a", 2, list(range(10, 110)))
+    order.before("a")
+    assert conflicts.asked - before == 10 * 100
