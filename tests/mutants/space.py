@@ -129,6 +129,8 @@ SPACE = (
                 "            if why := None:\n",
             ),
         ),
+        "operators free robots that wait for each other as they are told; the tests of the order, and in "
+        "`test_sim_deadlock.py` two arms, see it",
     ),
     # Operators' words
     Mutant(
