@@ -54,9 +54,9 @@ class BodyIsPublished(Invariant):
         age = sample.at - sample.shown.at
         hindered = self.facts.hindered(sample.robot, sample.shown.at)
         silent = age > self.facts.cell.times.fresh_s or not self.facts.alive(f"robot/{sample.robot}")
-        if hindered and silent:
+        if hindered and (silent or self.facts.unaware(sample.robot, sample.at)):
             # One that is silent may be anywhere: so says the manager once it has noticed, and blocks its zones. What a
-            # drive does that fails before, while no agent lives, nobody can know.
+            # drive does that fails before, while no agent lives or hears of it, nobody can know.
             return
         missing = float(sample.shown.misses(sample.points[None], sample.tcp[None])[0])
         if missing > (_HINDERED_M if hindered else _BODY_TOLERANCE_M):

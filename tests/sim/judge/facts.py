@@ -194,6 +194,8 @@ class Facts:
         """Robots with a drive that fails do not go where they are told."""
         self._aware_at: dict[str, float] = {}
         """When the agent of a robot was last told where the robot is."""
+        self._unaware: dict[str, tuple[float, float]] = {}
+        """From when to when it was told nothing of that the last time that this was for too long."""
         self.slips_until: dict[str, float] = {}
         """Until when the brake of one of a robot's drives slips, or somebody pushes the robot."""
         self.silenced: dict[str, tuple[float, float]] = {}
@@ -227,9 +229,18 @@ class Facts:
     def _aware(self, robot: str) -> None:
         """Its agent was told where it is: what a drive did before that nobody could know, and soon everybody does."""
         until = self.hindered_until.get(robot, 0.0)
-        if self._aware_at.get(robot, 0.0) < until:
+        before = self._aware_at.get(robot, 0.0)
+        if before < until:
             self.hindered_until[robot] = max(until, self.now + _TELLS_S)
+        if self.now - before > self.cell.times.fresh_s:
+            self._unaware[robot] = before, self.now
         self._aware_at[robot] = self.now
+
+    def unaware(self, robot: str, at: float) -> bool:
+        """Whether the robot's agent had been told nothing of where the robot is for too long."""
+        old = at - self.cell.times.fresh_s
+        since, until = self._unaware.get(robot, (at, at))
+        return self._aware_at.get(robot, 0.0) < old or since < old < at < until
 
     def alive(self, name: str) -> bool:
         process = self.world.processes[name]
