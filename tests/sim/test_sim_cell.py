@@ -57,7 +57,7 @@ def test_every_eighth_cell_is_a_room_where_robots_meet_without_zones() -> None:
     assert is_room(5)
     assert not room.zones
     assert room.separation is not None
-    assert good(20, 12.0).contended
+    assert good(22, 12.0).contended
 
 
 def test_what_must_be_seen_is_found_in_the_sources() -> None:

@@ -66,8 +66,11 @@ class Entry:
 
 
 @pytest.mark.timeout(300)
-def test_a_zone_that_its_holder_brakes_into_after_a_fault_is_not_given_away() -> None:
-    world = World(load_bundle(), 1, Weather(0.0, 0.0, 0.0))
+def test_a_zone_that_its_holder_brakes_into_after_a_fault_is_not_given_away(tmp_path: Path) -> None:
+    copy = Copy(tmp_path)
+    for robot in ("left", "right"):
+        copy.change(f"two_arms/programs/{robot}.prog", "GOTO again 1\n", "")
+    world = World(load_bundle(copy.cell), 1, Weather(0.0, 0.0, 0.0))
     entry, operator = Entry(world), OneAfterTheOther(world)
     assert world.clock.run_until(world.clock.now + 20.0, lambda: entry.robot != "")
     operator.working = False
