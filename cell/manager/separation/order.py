@@ -264,12 +264,12 @@ class Order:
         """
         if self.turn not in standing or self.turn == robot:
             return len(pieces), None
-        here, before = standing[robot], robot in self._before(self.turn, standing)
+        here, before = standing[robot], self._is_before_the_next(robot, standing)
         for count, piece in enumerate(pieces):
             if piece == NO_PIECE or piece <= here:
                 continue
             here, was_before = piece, before
-            before = robot in self._before(self.turn, {**standing, robot: here})
+            before = self._is_before_the_next(robot, {**standing, robot: here})
             if before and not was_before:
                 why = f"{robot} would be in the way of {self.turn}, which has waited for long and goes first"
                 return count, self._waits_for(self.turn, robot, why, standing)

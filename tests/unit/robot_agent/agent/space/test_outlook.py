@@ -68,6 +68,16 @@ def test_a_zone_that_a_motion_is_in_to_its_end_and_the_next_one_from_its_beginni
     assert way.stays == (Stay("door", 1, 2), Stay("press", 6, 12), Stay("press", 17, 17))
 
 
+def test_zones_that_a_robot_takes_together_begin_together() -> None:
+    """It cannot stop between them, and waits for both in front of the first one."""
+    crossings = (Crossing("press", 2.5, 6.0), Crossing("door", 5.0, 8.0), Crossing("hatch", 9.2, 9.8))
+    seen = Outlook("r", "boot")
+    seen.look(1, [SimpleNamespace(sections=rounds(1), crossings=crossings)], more=False)
+    way = seen.news(0.0)
+    assert way is not None
+    assert sorted((stay.zone, stay.first) for stay in way.stays) == [("door", 2), ("hatch", 9), ("press", 2)]
+
+
 @pytest.mark.parametrize(
     ("motions", "count", "more"), [(1, 10, False), (1, 300, False), (3, 20, False), (9, 300, True), (40, 6, True)]
 )
