@@ -5,7 +5,7 @@ import signal
 import numpy as np
 import pytest
 from can_recorder import CanRecorder, Cycle
-from live_cell import LiveCell, Process, Recorder, wait_until
+from live_cell import LiveCell, Process, Recorder, change, wait_until
 from numpy.typing import NDArray
 from shared_bus import SHARED_BUSES, move_left_bus_to
 
@@ -34,6 +34,7 @@ def start_on(bus: str, live: LiveCell) -> dict[str, Process]:
 @pytest.mark.parametrize("shared_bus", SHARED_BUSES)
 def test_the_robot_stays_on_its_line_and_its_zone_stays_blocked_until_adopted(live: LiveCell, shared_bus: str) -> None:
     live.without_repeats("left")  # right comes to the zone again, whoever was there first
+    change(live.settings.robots["left"].program, {"WAIT 0.3\n": "WAIT 5\n"})  # killed late it is in the zone too
     processes = start_on(shared_bus, live)
     left = live.settings.robots["left"]
     gateway = load_drives(live.file.parent / "left_drives.yaml", "left_bus")
@@ -132,7 +133,7 @@ def set_points_behind_the_start_of_the_line(cycles: list[Cycle], model: Model, p
 
 
 def distance_from_lines(points: NDArray[np.float64], model: Model, program: str) -> NDArray[np.float64]:
-    """`(m,)` [m] distance of the flange from the nearer of the two lines that meet in the zone."""
+    """`(m,)` [m] distance of the flange from the nearest of the lines from the one into the zone on."""
     corners = corners_in(program, model)
     start, end = corners[:-1], corners[1:]
     way = end - start
@@ -142,17 +143,15 @@ def distance_from_lines(points: NDArray[np.float64], model: Model, program: str)
 
 
 def corners_in(program: str, model: Model) -> NDArray[np.float64]:
-    """`(3, 3)` [m] start and end of the line into the zone and the end of the next, from the program text itself."""
-    statements = {
-        statement.line: statement for statement in parse_program(program, "p", Names(model.joint_names)).statements
-    }
-    before, line, after = (statements[LINE_INTO_ZONE + i] for i in (-1, 0, 1))
-    assert isinstance(before, MoveJoints)
-    assert isinstance(line, MoveLine)
-    assert isinstance(after, MoveLine)
-    start = model.forward(np.array(before.joints, dtype=float))[:3, 3]
-    end = np.array(line.position_m, dtype=float)
-    return np.array([start, end, [e if a is None else a for e, a in zip(end, after.position_m, strict=True)]])
+    """`(n, 3)` [m] start of the line into the zone, its end and those of the lines after it, from the program text."""
+    statements = parse_program(program, "p", Names(model.joint_names)).statements
+    (before,) = (s for s in statements if isinstance(s, MoveJoints) and s.line == LINE_INTO_ZONE - 1)
+    corners = [model.forward(np.array(before.joints, dtype=float))[:3, 3]]
+    for line in statements:
+        if isinstance(line, MoveLine) and line.line >= LINE_INTO_ZONE:
+            told = zip(line.position_m, corners[-1], strict=True)
+            corners.append(np.array([was if new is None else new for new, was in told]))
+    return np.array(corners)
 
 
 def follows_its_set_points(cycles: list[Cycle]) -> None:

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from live_cell import LiveCell, Process, Recorder, wait_until
+from live_cell import LiveCell, Process, Recorder, change, wait_until
 
 from cell.geometry import capsule_distance
 from cell.messages import Event, Mode, Presence, ProgramState, RobotState, Sections
 
-INSIDE_S = 2.0
+NEAR_M = 0.2
 FROZEN_S = 1.0
 STANDS_S = 3.0
 """Robots that wait for each other for so long do so for good."""
@@ -36,14 +36,11 @@ _USUAL = {
 
 @pytest.fixture
 def room(tmp_path: Path) -> Iterator[LiveCell]:
-    """A copy of the cell with a shared room, on free ports, nothing started yet; who is inside stays for a while."""
+    """A copy of the cell with a shared room, on free ports, nothing started yet: left stays inside until it is told."""
     with LiveCell(tmp_path, cell="shared_room") as cell:
         cell.without_repeats("left")
-        for robot in cell.settings.robots.values():
-            text = robot.program.read_text()
-            text, waits = re.subn(r"WAIT 0\.[46]\b", f"WAIT {INSIDE_S:g}", text)
-            assert waits == 1
-            robot.program.write_text(text)
+        change(cell.settings.robots["left"].program, {"WAIT 0.4\n": "M 1\n"})
+        change(cell.settings.robots["right"].program, {"WAIT 2 ": "WAIT 0 ", "WAIT 0.6 ": "WAIT 2 "})
         yield cell
 
 
@@ -106,9 +103,10 @@ class Onlooker:
         self.look()
         return self.states[robot].boot
 
-    def somebody_waits(self) -> bool:
-        """For room that is another robot's, or that another one needs first."""
-        return any(self.says(robot, " would ") for robot in self._robots)
+    def stands_inside(self, robot: str) -> bool:
+        """It waits in its program until it is told to leave."""
+        self.look()
+        return robot in self.states and self.states[robot].program.flag is not None
 
     def all_say(self, text: str) -> bool:
         """All wait for something with this text."""
@@ -126,6 +124,8 @@ class Onlooker:
         return robot in self.states and text in self.states[robot].waiting_for
 
     def done(self, robot: str) -> bool:
+        """It has come to the end of its program."""
+        self.look()
         return self.states[robot].program.state is ProgramState.DONE
 
     @property
@@ -137,7 +137,7 @@ class Onlooker:
 
 
 def _away(one: tuple[Sections, frozenset[int]], other: tuple[Sections, frozenset[int]]) -> float:
-    """Between all capsules of two robots that do not both belong to bases [m]; at most 1 m."""
+    """Between all capsules of two robots that do not both belong to bases [m]; at most 1 m, where they are not near."""
     (a, a_fixed), (b, b_fixed) = one, other
     low_a, high_a = a.points.min(axis=2) - a.radii[..., None], a.points.max(axis=2) + a.radii[..., None]
     low_b, high_b = b.points.min(axis=2) - b.radii[..., None], b.points.max(axis=2) + b.radii[..., None]
@@ -145,7 +145,7 @@ def _away(one: tuple[Sections, frozenset[int]], other: tuple[Sections, frozenset
     stands_a = np.isin(np.arange(a.radii.shape[1]), list(a_fixed))
     stands_b = np.isin(np.arange(b.radii.shape[1]), list(b_fixed))
     gap[:, stands_a[:, None, None] & np.ones(len(b), bool)[:, None] & stands_b] = np.inf
-    k, i, m, j = np.nonzero(gap < 0.1)
+    k, i, m, j = np.nonzero(gap < NEAR_M)
     if not len(k):
         return 1.0
     ends = a.points[k, i].astype(float), a.radii[k, i].astype(float)
@@ -154,32 +154,47 @@ def _away(one: tuple[Sections, frozenset[int]], other: tuple[Sections, frozenset
 
 
 class Operator:
-    """Does what messages recommend, then what a robot's mode asks for, until both programs are done."""
+    """Starts programs, and does what messages recommend, then what a robot's mode asks for, until they are done."""
 
     def __init__(self, room: LiveCell, onlooker: Onlooker) -> None:
         self._room = room
         self._onlooker = onlooker
+        self._runs = set[str]()
+        self._lets_out = False
         self.given: list[str] = []
 
-    def bring_to_the_end(self, timeout_s: float) -> None:
+    def run(self, robot: str) -> None:
+        """From now on its program is to come to its end."""
+        self._runs.add(robot)
+
+    def let_out(self) -> None:
+        """From now on who stands inside may leave."""
+        self._lets_out = True
+
+    def until(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
+        """Do what is asked for until this is so: on a busy computer that stands still for a moment, drives fail."""
         deadline = time.monotonic() + timeout_s
-        while not all(map(self._onlooker.done, self._onlooker.states)):
+        while not condition():
             states = self._onlooker.states
-            assert time.monotonic() < deadline, f"not at the end; given {self.given}; {states}"
-            self._onlooker.look()
-            for robot, state in states.items():
-                texts = (*state.alarms, state.waiting_for, state.program.error)
-                said = [order for text in texts for order in _ORDER.findall(text)]
-                usual = f"cell {_USUAL[state.mode]} {robot}" if state.mode in _USUAL else ""
-                if not self._onlooker.done(robot) and (order := (said or [usual])[0]):
-                    self._give(*shlex.split(order)[1:])
+            assert time.monotonic() < deadline, f"not within {timeout_s:g} s: {what}; given {self.given}; {states}"
+            for robot in self._runs & states.keys():
+                self._help(states[robot])
             if self._onlooker.stand_off:
                 self._let_back("left", "right")
             threading.Event().wait(0.1)
 
+    def _help(self, state: RobotState) -> None:
+        texts = (*state.alarms, state.waiting_for, state.program.error)
+        said = [order for text in texts for order in _ORDER.findall(text)]
+        said = [order for order in said if self._lets_out or not order.startswith("cell flag")]
+        usual = f"cell {_USUAL[state.mode]} {state.robot}" if state.mode in _USUAL else ""
+        if not self._onlooker.done(state.robot) and (order := (said or [usual])[0]):
+            self._give(*shlex.split(order)[1:])
+
     def _give(self, *words: str) -> None:
         order = self._room.order(*words)
         self.given.append(f"{' '.join(words)} -> {order.exit_code()} {order.output.strip()[:150]}")
+        self._onlooker.look()
 
     def _let_back(self, robot: str, other: str) -> None:
         """As `docs/operating.md` says of robots that wait for each other."""
@@ -214,27 +229,29 @@ def test_both_programs_end_and_nobody_comes_near_whatever_dies_meanwhile(room: L
         operator = Operator(room, onlooker)
         for robot in room.settings.robots:
             wait_until(lambda r=robot: onlooker.mode_of(r) is Mode.DISABLED, 60.0, f"{robot} claimed")
-            room.obeyed("enable", robot)
-        room.obeyed("run", *room.settings.robots)
-
-        wait_until(onlooker.somebody_waits, 30.0, "a robot that waits for the other one")
+        operator.run("left")
+        operator.until(lambda: onlooker.stands_inside("left"), 60.0, "left inside")
+        operator.run("right")
+        operator.until(lambda: onlooker.says("right", " would "), 60.0, "right, waiting for left")
+        operator.let_out()
+        operator.until(lambda: not onlooker.stands_inside("left"), 60.0, "left, told to leave")
         processes["manager"].signal(signal.SIGKILL)
         processes["manager"].wait(5.0)
         wait_until(lambda: onlooker.all_say("the manager is silent"), 10.0, "both at rest on their paths")
         manager = room.manager()
 
-        wait_until(lambda: onlooker.moves("left"), 30.0, "left on its way again")
+        operator.until(lambda: onlooker.moves("left"), 60.0, "left on its way again")
         _freeze(processes["left"])
-        wait_until(lambda: onlooker.moves("right"), 30.0, "right on its way again")
+        operator.until(lambda: onlooker.moves("right"), 60.0, "right on its way again")
         _freeze(manager)
-        wait_until(lambda: onlooker.moves("right"), 30.0, "right on its way after the manager")
+        operator.until(lambda: onlooker.moves("right"), 60.0, "right on its way after the manager")
         _freeze(processes[room.settings.robots["left"].gateway])
 
-        wait_until(lambda: onlooker.moves("right"), 30.0, "right on its way after the gateway")
+        operator.until(lambda: onlooker.moves("right"), 60.0, "right on its way after the gateway")
         processes["right"].signal(signal.SIGKILL)
         processes["right"].wait(5.0)
         boot = onlooker.boot_of("right")
         room.agent("right")
         wait_until(lambda: onlooker.boot_of("right") not in ("", boot), 30.0, "the new agent of right")
-        operator.bring_to_the_end(60.0)
-    assert onlooker.nearest_m < 0.1, "they never came near each other: the test shows nothing"
+        operator.until(lambda: all(map(onlooker.done, room.settings.robots)), 60.0, "the end of both programs")
+    assert onlooker.nearest_m < NEAR_M, "they never came near each other: the test shows nothing"
