@@ -24,6 +24,7 @@ STANDS_S = 3.0
 """Robots that wait for each other for so long do so for good."""
 _LATER = 5
 """Links differ in delay: robots are too near where they are so with as many newer presences of each."""
+_FOR_ROOM = " would "
 _ORDER = re.compile(r"`(cell [^`]+)`")
 _USUAL = {
     Mode.DISABLED: "enable",
@@ -132,7 +133,7 @@ class Onlooker:
     def stand_off(self) -> bool:
         """All wait in their programs for each other."""
         now = time.monotonic()
-        waiting = (state.mode is Mode.RUNNING and state.waiting_for != "" for state in self.states.values())
+        waiting = (state.mode is Mode.RUNNING and _FOR_ROOM in state.waiting_for for state in self.states.values())
         return all(waiting) and all(now - self.moved_at.get(each, now) > STANDS_S for each in self.states)
 
 
@@ -232,7 +233,7 @@ def test_both_programs_end_and_nobody_comes_near_whatever_dies_meanwhile(room: L
         operator.run("left")
         operator.until(lambda: onlooker.stands_inside("left"), 60.0, "left inside")
         operator.run("right")
-        operator.until(lambda: onlooker.says("right", " would "), 60.0, "right, waiting for left")
+        operator.until(lambda: onlooker.says("right", _FOR_ROOM), 60.0, "right, waiting for left")
         operator.let_out()
         operator.until(lambda: not onlooker.stands_inside("left"), 60.0, "left, told to leave")
         processes["manager"].signal(signal.SIGKILL)
