@@ -2,7 +2,7 @@
 
 import signal
 
-from live_cell import LiveCell, Recorder
+from live_cell import LiveCell, Recorder, wait_until
 
 from cell.messages import Estop, Mode, RobotState
 
@@ -67,8 +67,7 @@ def test_an_emergency_stop_reaches_everyone_without_a_manager(live: LiveCell) ->
 def test_who_died_is_named_by_the_status_and_when_the_cell_ends(live: LiveCell) -> None:
     up = live.up()
     up.wait_for_output("all robots enabled", 60.0)
-    good = live.order("status")
-    assert good.exit_code() == 0, good.output
+    wait_until(lambda: live.order("status").exit_code() == 0, 20.0, "nothing to complain about")
     live.kill(live.pid_of("robot_agent", "right"))
     up.wait_for_output("robot right was killed by signal 9", 10.0)
     bad = live.order("status")
