@@ -34,7 +34,7 @@ def start_on(bus: str, live: LiveCell) -> dict[str, Process]:
 @pytest.mark.parametrize("shared_bus", SHARED_BUSES)
 def test_the_robot_stays_on_its_line_and_its_zone_stays_blocked_until_adopted(live: LiveCell, shared_bus: str) -> None:
     live.without_repeats("left")  # right comes to the zone again, whoever was there first
-    change(live.settings.robots["left"].program, {"WAIT 0.3\n": "WAIT 5\n"})  # killed late it is in the zone too
+    change(live.settings.robots["left"].program, {"WAIT 0.3\n": "WAIT 2\n"})  # killed late it is in the zone too
     processes = start_on(shared_bus, live)
     left = live.settings.robots["left"]
     gateway = load_drives(live.file.parent / "left_drives.yaml", "left_bus")
