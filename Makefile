@@ -17,7 +17,11 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Tests start hundreds of processes; where bytecode is not kept, each compiles all modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test lint soak mutants bench clean
+# One more than there are cores: some tests wait for answers and need no processor meanwhile.
+WORKERS := $(shell expr `getconf _NPROCESSORS_ONLN` + 1)
+CELLS_LOG := $(VENV)/test-cells.log
+
+.PHONY: help demo test test-parts test-cells lint soak mutants bench clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
@@ -26,10 +30,16 @@ help:  ## list the targets
 demo: $(RUN_READY)  ## run the two-robot cell on simulated drives until both programs are done
 	$(BIN)/python -m cell.commands.main up $(CELL) --until-done
 
-# The profile "ci" of hypothesis draws the same cases in every run; `make soak` looks for new ones.
+# The processes of a cell need the processor in time: tests of parts take, with the lowest priority, what they leave.
 test: $(TEST_READY)  ## all tests but the long random runs
-	$(BIN)/python -m pytest -m "not soak" --hypothesis-profile ci tests/unit tests/sim --numprocesses auto --dist worksteal
-	$(BIN)/python -m pytest -m "not soak" tests/e2e --numprocesses 2 --dist worksteal
+	@$(MAKE) --no-print-directory --jobs 2 test-parts test-cells
+
+# The profile "ci" of hypothesis draws the same cases in every run; `make soak` looks for new ones.
+test-parts: $(TEST_READY)
+	nice -n 19 $(BIN)/python -m pytest -m "not soak" --hypothesis-profile ci tests/unit tests/sim --numprocesses $(WORKERS) --dist worksteal
+
+test-cells: $(TEST_READY)
+	@$(BIN)/python -m pytest -m "not soak" tests/e2e > $(CELLS_LOG) 2>&1; code=$$?; cat $(CELLS_LOG); exit $$code
 
 soak: $(TEST_READY)  ## the long random runs, and every property with newly drawn cases
 	$(BIN)/python -m pytest -m "soak or hypothesis" --timeout 3600
