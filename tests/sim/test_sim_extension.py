@@ -38,7 +38,7 @@ class Cell:
     """The two arms; the left one goes round and round through the zone, the right one goes there once."""
 
     def __init__(self, folder: Path) -> None:
-        copy = Copy(folder)
+        copy = Copy(folder).slow_buses()
         (copy.folder / "two_arms" / "programs" / "left.prog").write_text(ENDLESS)
         (copy.folder / "two_arms" / "programs" / "right.prog").write_text(ONCE)
         self.world = World(load_bundle(copy.folder / "two_arms" / "cell.yaml"), 7, BAD)

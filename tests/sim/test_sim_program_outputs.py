@@ -18,7 +18,7 @@ GRIPPER = 1 << 16
 
 @pytest.mark.parametrize("place", ["at a drive", "at an I/O node"])
 def test_the_gripper_is_closed_exactly_between_its_two_places(tmp_path: Path, place: str) -> None:
-    copy = Copy(tmp_path)
+    copy = Copy(tmp_path).slow_buses()
     at_io = place == "at an I/O node"
     if at_io:
         copy.change(DRIVES, "gripper: {axis: J6, bit: 16,", "gripper: {io: coupler, bit: 16,")
@@ -55,7 +55,7 @@ def test_the_gripper_is_closed_exactly_between_its_two_places(tmp_path: Path, pl
 def test_by_hand_it_opens_only_while_the_program_is_halted_and_the_next_statement_closes_it_again(
     tmp_path: Path,
 ) -> None:
-    copy = Copy(tmp_path)
+    copy = Copy(tmp_path).slow_buses()
     programs = copy.folder / "two_arms" / "programs"
     (programs / "left.prog").write_text("SET DO gripper\nWAIT 0.8\nSET DO gripper\nEND")
     (programs / "right.prog").write_text("END")
@@ -92,7 +92,7 @@ def test_by_hand_it_opens_only_while_the_program_is_halted_and_the_next_statemen
 
 
 def test_what_is_forced_for_a_test_stays_so_while_the_program_runs_to_its_end(tmp_path: Path) -> None:
-    copy = Copy(tmp_path)
+    copy = Copy(tmp_path).slow_buses()
     programs = copy.folder / "two_arms" / "programs"
     (programs / "left.prog").write_text("SET DO gripper\nWAIT 1\nRESET DO gripper\nWAIT 1\nSET DO gripper\nEND")
     (programs / "right.prog").write_text("END")

@@ -27,8 +27,8 @@ Places = NDArray[np.intp]
 _SLOWEST = np.array([[1e-3], [np.radians(1.0)]])
 """[m/s], [rad/s]: a TCP that is slower reverses; there the last term is that of this speed."""
 _STILL = 1e-12
-_CLOSE = 0.96
-"""Of a limit: the twists at the knots tell it to some per cent."""
+_CLOSE, _CLOSE_SLOW, _SLOW_M_S = 0.8, 0.4, 0.01
+"""Of a limit: the twists at the knots tell it to some per cent, and to a half where the TCP is so slow: it may reverse."""
 _PLACES = np.linspace(0.0, 1.0, 5)
 """Of a piece, through whose twists a polynomial is laid."""
 _FINELY = np.linspace(0.0, 1.0, 17)
@@ -104,7 +104,9 @@ def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds, speeds:
     change, rest = (np.concatenate([each[..., :1], each, each[..., -1:]], axis=-1) for each in (change, rest))
     first = _shares(twist[..., :-1], change[..., :-1], rest[..., :-1] + after, limits)
     last = _shares(twist[..., 1:], change[..., 1:], rest[..., 1:] + before, limits)
-    near_limit = held & (np.maximum(first, last).max(axis=0) > _CLOSE)
+    speed = np.sqrt((twist[0] ** 2).sum(axis=0))
+    enough = np.where(np.minimum(speed[:-1], speed[1:]) < _SLOW_M_S, _CLOSE_SLOW, _CLOSE)
+    near_limit = held & (np.maximum(first, last).max(axis=0) > enough)
     return near_limit, looked_at & (_fastest(jacobian, pieces) > _KEPT * speeds.least).any(axis=0)
 
 

@@ -159,6 +159,28 @@ def test_rotation_keeps_its_cap_where_the_turn_reverses_in_a_round_edge(
     assert used(MODELS["scara"], blocks, planned("scara", *blocks))["FA"] == pytest.approx(1.0, abs=0.003)
 
 
+def test_the_flange_keeps_its_jerk_where_it_nearly_reverses_in_a_round_edge() -> None:
+    model = MODELS["palletizer"]
+    limits = Limits.of(model.description)
+    away, there, back = (
+        from_xyz_abc(np.array([*place, 0.0, 0.0, turn]))
+        for place, turn in (
+            ((0.872, -0.007, 1.417), 0.294),
+            ((0.853, 0.032, 1.393), 0.195),
+            ((0.877, 0.011, 1.441), -0.207),
+        )
+    )
+    first = plan(model, Sequence([Line(away, None, 1), Line(there, None, 2, round_m=0.000318)]), limits, model.home)
+    last = Line(back, 0.186, 3, rotation_rad_s=0.313)
+    motion = plan(model, Sequence([last]), limits, first.state(first.ends[0] / 2.0))
+    assert [each.passing for each in motion.transitions] == [Passing.STOPS, Passing.ROUNDED]
+    step_s = 1e-4
+    t = np.arange(motion.rests[1] + 0.01, motion.duration_s - 0.01, step_s)
+    speed = np.linalg.norm(np.diff(model.forward(motion.q(t))[:, :3, 3], axis=0), axis=1) / step_s
+    assert 1e-3 < speed[2000:-2000].min() < 5e-3
+    assert np.abs(np.diff(speed, 2)).max() / step_s**2 < EXCESS * limits.path.jerk_m_s3
+
+
 @pytest.mark.parametrize("segment_m", [1e-4, 1e-3])
 def test_feeds_are_kept_on_moves_shorter_than_a_cycle(segment_m: float) -> None:
     radius_m, count = 0.08, 100
