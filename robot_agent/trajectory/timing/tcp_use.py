@@ -28,7 +28,8 @@ _SLOWEST = np.array([[1e-3], [np.radians(1.0)]])
 """[m/s], [rad/s]: a TCP that is slower reverses; there the last term is that of this speed."""
 _STILL = 1e-12
 _CLOSE, _CLOSE_SLOW, _SLOW_M_S = 0.8, 0.4, 0.01
-"""Of a limit: the twists at the knots tell it to some per cent, and to a half where the TCP is so slow: it may reverse."""
+"""Of a limit: the twists at the knots tell it to some per cent, and to a half where the TCP is so slow that it may
+reverse."""
 _PLACES = np.linspace(0.0, 1.0, 5)
 """Of a piece, through whose twists a polynomial is laid."""
 _FINELY = np.linspace(0.0, 1.0, 17)
