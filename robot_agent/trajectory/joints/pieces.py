@@ -113,9 +113,9 @@ class Pieces:
                 shifted[:, low] += math.comb(high, low) * c[:, high] * x ** (high - low)
         return type(self)(np.concatenate([starts, [last]]) - first, shifted)
 
-    def peaks(self) -> NDArray[np.float64]:
-        """Largest magnitude `(3, n)` of velocity, acceleration and jerk, looked at in five places of each piece."""
-        return np.asarray(np.abs(self.inside(5)).max(axis=(1, 2)))
+    def peaks(self, places: int = 5) -> NDArray[np.float64]:
+        """Largest magnitude `(3, n)` of velocity, acceleration and jerk, looked at in so many places of each piece."""
+        return np.asarray(np.abs(self.inside(places)).max(axis=(1, 2)))
 
     def inside(self, places: int) -> NDArray[np.float64]:
         """Velocity, acceleration and jerk `(3, places, p, n)` in so many places of each piece, both ends included."""

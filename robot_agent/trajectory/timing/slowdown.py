@@ -11,7 +11,7 @@ from robot_agent.trajectory.limits import Limits
 
 Numbers = NDArray[np.float64]
 
-_PLACES = 5
+_PLACES = 17
 """In each piece at which it is looked at, both ends included."""
 
 

@@ -158,7 +158,7 @@ def test_line_that_the_joints_slow_down_keeps_the_shape_of_the_profile(kind: Pro
     speed = motion.tcp_speed(taus)
     np.testing.assert_allclose(way, way[-1] - way[::-1], atol=1e-5)  # every profile is symmetric
     np.testing.assert_allclose(speed, speed[::-1], atol=1e-3)
-    used = motion.pieces.peaks() / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
+    used = motion.pieces.peaks(33) / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
     assert 0.9 < used.max() <= 1.0 + 1e-6
 
 
@@ -166,7 +166,7 @@ def test_line_that_the_joints_slow_down_keeps_the_shape_of_the_profile(kind: Pro
 def test_arc_and_merged_lines_keep_all_limits(kind: ProfileKind) -> None:
     arc = Arc(beside(0.0, 0.1, 0.1), beside(0.0, 0.2, 0.0), 1)
     motion = planned(kind, arc, Line(beside(0.0, 0.2, 0.1), 0.2, 2, round_m=0.03), Line(beside(0.1, 0.1, 0.2), None, 3))
-    used = motion.pieces.peaks() / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
+    used = motion.pieces.peaks(33) / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
     assert used.max() <= 1.001
     np.testing.assert_allclose(motion.pose(motion.ends[-1:])[0], beside(0.1, 0.1, 0.2), atol=1e-6)
 
@@ -175,7 +175,7 @@ def test_trapezoid_behind_a_filter_keeps_the_jerk_and_ends_at_rest() -> None:
     motion = planned(
         ProfileKind.TRAPEZOIDAL, JointMove(TARGET, 1.0, 1), Line(MODEL.forward(START), 0.3, 2), filter_s=0.1
     )
-    used = motion.pieces.peaks() / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
+    used = motion.pieces.peaks(33) / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
     assert used.max() <= 1.0 + 1e-9
     np.testing.assert_array_equal(motion.qd(motion.rests), 0.0)
     np.testing.assert_allclose(motion.q(motion.rests[1:2])[0], TARGET, atol=1e-9)
