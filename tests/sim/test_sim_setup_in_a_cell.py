@@ -209,7 +209,7 @@ def test_never_two_at_once_over_a_network_that_loses_and_delays(seed: int, round
     moved = 0
     for round_ in range(rounds):
         robot = rng.choice(robots)
-        orders = [(cell.gateway(robot), move(robot, rng.choice([-0.1, 0.1])))] * 4
+        orders = [(cell.gateway(robot), move(robot, rng.choice([-0.1, 0.1])))] * 8
         orders += [
             (f"robot/{robot}", command) for command in (Enable(), Run(), Halt(), Disable(), Disable(), Disable())
         ]
