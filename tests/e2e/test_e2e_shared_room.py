@@ -19,12 +19,14 @@ from cell.geometry import capsule_distance
 from cell.messages import Event, Mode, Presence, ProgramState, RobotState, Sections
 
 NEAR_M = 0.2
+"""Robots that never come nearer show nothing."""
 FROZEN_S = 1.0
 STANDS_S = 3.0
 """Robots that wait for each other for so long do so for good."""
 _LATER = 5
 """Links differ in delay: robots are too near where they are so with as many newer presences of each."""
 _FOR_ROOM = " would "
+"""In what is said of a robot that waits for room, another robot's or one that another needs first."""
 _ORDER = re.compile(r"`(cell [^`]+)`")
 _USUAL = {
     Mode.DISABLED: "enable",
