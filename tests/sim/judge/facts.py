@@ -192,6 +192,8 @@ class Facts:
         """The plan's newest fault has worn off."""
         self.hindered_until: dict[str, float] = {}
         """Robots with a drive that fails do not go where they are told."""
+        self._told_until: dict[str, float] = {}
+        """By robot, until when not everybody has heard where it is after its drives had failed."""
         self._aware_at: dict[str, float] = {}
         """When the agent of a robot was last told where the robot is."""
         self._unaware: dict[str, tuple[float, float]] = {}
@@ -224,14 +226,15 @@ class Facts:
     def hindered(self, robot: str, at: float | None = None) -> bool:
         """Whether one of the robot's drives fails, did lately, or has and the robot's agent cannot know it yet."""
         until = self.hindered_until.get(robot, 0.0)
-        return (self.now if at is None else at) < until or self._aware_at.get(robot, 0.0) < until
+        unaware = self._aware_at.get(robot, 0.0) < until
+        return unaware or (self.now if at is None else at) < max(until, self._told_until.get(robot, 0.0))
 
     def _aware(self, robot: str) -> None:
         """Its agent was told where it is: what a drive did before that nobody could know, and soon everybody does."""
         until = self.hindered_until.get(robot, 0.0)
         before = self._aware_at.get(robot, 0.0)
-        if before < until:
-            self.hindered_until[robot] = max(until, self.now + _TELLS_S)
+        if before < until <= self.now:
+            self._told_until[robot] = self.now + _TELLS_S
         if self.now - before > self.cell.times.fresh_s:
             self._unaware[robot] = before, self.now
         self._aware_at[robot] = self.now
