@@ -129,8 +129,7 @@ SPACE = (
                 "            if why := None:\n",
             ),
         ),
-        "operators free robots that wait for each other as they are told; the tests of the order, and in "
-        "`test_sim_deadlock.py` two arms, see it",
+        bench=Bench.SCENE,
     ),
     # Operators' words
     Mutant(
@@ -180,8 +179,7 @@ SPACE = (
         "no-following",
         "sections have no room for what a robot follows behind",
         (Edit(SECTIONS, "    return of_points(points, radii + FOLLOWING_M)", "    return of_points(points, radii)"),),
-        "simulated drives are behind along the path, not beside it; the tests of sections see it",
-        bench=Bench.ROOM,
+        bench=Bench.SCENE,
     ),
     Mutant(
         "margin-forgotten",
@@ -218,8 +216,7 @@ SPACE = (
                 "        np.minimum.at(kept, (near.link, near.other_link), near.distance - 0.1)",
             ),
         ),
-        "robots that are pushed or fail seldom end nearer than their margin; the tests of Nearness see it",
-        bench=Bench.ROOM,
+        bench=Bench.SCENE,
     ),
     # Who keeps to it
     Mutant(
@@ -263,15 +260,13 @@ SPACE = (
                 "        near = int(np.argmin(distances))",
             ),
         ),
-        "the following budget covers it in most rooms; `test_agent_kept_apart.py` measures the room that is left",
-        bench=Bench.ROOM,
+        bench=Bench.SCENE,
     ),
     Mutant(
         "back-in-what-it-left",
         "on the way back a robot is taken to be on the way there again, which it has given back",
         (Edit(CORE, "        executive.leave(passed)\n", ""),),
-        "a path has to come back within the lag of its robot; `test_agent_kept_apart.py` shows it there",
-        bench=Bench.ROOM,
+        bench=Bench.SCENE,
     ),
     Mutant(
         "jog-is-not-held",

@@ -1,14 +1,18 @@
 """Whole cells in which one certain thing happens that generated cells hardly ever come to; judged as these are.
 
-python -m tests.sim.scenes --seeds 0:4
+python -m tests.sim.scenes --seeds 0:5
 """
 
+import logging
 import sys
 import tempfile
+from collections import deque
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
-from cell.messages import Command, Enable, Halt, Mode, Run
+from cell.messages import Command, Continue, Enable, Halt, Mode, ProgramState, Run, ZoneState, ZoneStatus
+from drive_gateway.sim.axis.servo import Servo
 from robot_agent.workspace import FOLLOWING_M
 from tests.sim.apart_cell import QUIET, apart_cell
 from tests.sim.cells import MODELS
@@ -16,41 +20,61 @@ from tests.sim.checker import search
 from tests.sim.faults import Pushed
 from tests.sim.item import Stage
 from tests.sim.judge import Broken, Judge
-from tests.sim.programs import APPROACHES
 from tests.sim.staff import Staff
+from tests.sim.two_zones import PAUSE, two_zones
 from tests.sim.world import World, load_bundle
-from tests.unit.config_world import Copy
 
 
 class Scene:
-    """A cell on links that lose nothing, its judge, and one operator."""
+    """A cell on links that lose nothing, its judge, and people who bring all programs to their ends, if there are."""
 
-    def __init__(self, cell: Path) -> None:
+    def __init__(self, cell: Path, *, staffed: bool = True) -> None:
         self.world = World(load_bundle(cell), 0, QUIET)
         self.facts = Judge(self.world).facts
         self.staff = Staff(self.world, self.facts)
-        self.staff.endless = False
+        self.staff.endless, self.staff.working = False, staffed
         self.until("all robots are heard", lambda: len(self.world.seen.robots) == len(self.facts.robots))
 
     def until(self, what: str, done: Callable[[], bool], longest_s: float = 20.0) -> None:
         """Raises `Broken` when it does not come to that."""
         clock = self.world.clock
         if not clock.run_until(clock.now + longest_s, done):
-            states = sorted(self.world.seen.robots.items())
-            waits = "; ".join(f"{robot} is {state.mode.value} and waits: {state.waiting_for}" for robot, state in states)
+            states = self.world.seen.robots.values()
+            waits = "; ".join(f"{state.robot} is {state.mode.value}, {state.waiting_for}" for state in states)
             raise Broken(what, clock.now - self.facts.start, ", ".join(self.facts.robots), waits)
 
     def order(self, robot: str, command: Command, then: Mode) -> None:
         """A call, until it has brought the robot into a mode."""
         self.world.operate(f"robot/{robot}", command)
-        self.until(f"{robot} is {then.value}", lambda: self.world.seen.robots[robot].mode is then)
+        self.until(f"{robot} is {then.value}", lambda: self.mode(robot) is then)
+
+    def mode(self, robot: str) -> Mode:
+        return self.world.seen.robots[robot].mode
 
     def line(self, robot: str) -> int:
         return self.world.seen.robots[robot].program.line
 
-    def done(self, longest_s: float = 60.0) -> None:
+    def waits(self, robot: str) -> str:
+        return self.world.seen.robots[robot].waiting_for
+
+    def zone(self, name: str) -> ZoneStatus:
+        assert self.world.seen.manager is not None
+        return self.world.seen.manager.zones[name]
+
+    def servos(self, robot: str) -> list[tuple[Servo, float]]:
+        """Of its axes, with their counts per [rad or m]."""
+        nodes = self.world.buses[self.facts.gateway_of(robot)].nodes
+        axes = self.world.bundle.gateways[self.world.cell.robots[robot].gateway].robots[robot].axes
+        return [(nodes[axis.node_id].drives[axis.number - 1].servo, axis.counts_per_unit) for axis in axes]
+
+    def done(self, longest_s: float = 40.0) -> None:
         """Until all programs have come to their ends."""
-        self.until("everyone is done in the end", lambda: self.staff.all_done, longest_s)
+        states = self.world.seen.robots.values
+        self.until(
+            "everyone is done in the end",
+            lambda: all(state.program.state is ProgramState.DONE for state in states()),
+            longest_s,
+        )
 
 
 BESIDE = """MJ J1={turn:g} J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
@@ -67,25 +91,133 @@ def pushed_too_near(folder: Path) -> None:
     scene.world.operate("robot/left", Halt())
     scene.staff.leave_alone("left", 5.0)
     Pushed(0.0, None, "anna", "right", -0.4).strike(Stage(scene.world, scene.facts, scene.staff, set()))
-    scene.until("right is in left's way", lambda: scene.world.seen.robots["left"].waiting_for.startswith("left's link"))
+    scene.until("right is in left's way", lambda: scene.waits("left").startswith("left's link"))
     scene.world.clock.run_until(scene.world.clock.now + 2.0)
     scene.order("right", Enable(), Mode.READY)
     scene.order("right", Run(), Mode.RUNNING)
     scene.done()
 
 
-SCENES = (pushed_too_near,)
+def drives_that_sag(folder: Path) -> None:
+    """Drives without integral action hold their axes a little below where they are told, within what a robot may follow
+    behind; on ways of a few millimetres that is more than the way."""
+    program = BESIDE.format(turn=0, y=0) + "".join(f"WAIT 0.2\nML Z={1250 + 4 * k} F=500\n" for k in (1, 0, 1, 0))
+    scene = Scene(apart_cell(folder, {"left": program + "HOME F=50\n", "right": "WAIT 1\n"}))
+    _sag(*scene.servos("left")[1])
+    scene.done()
+
+
+def _sag(servo: Servo, counts_per_rad: float) -> None:
+    """From now on slowly more, up to 9 mm with the arm reaching out 1.9 m."""
+    interpolate, by = servo.interpolate, 0.0
+
+    def sagging(target: float, period_s: float) -> None:
+        nonlocal by
+        by = min(by + 0.005 * period_s, 0.9 * FOLLOWING_M / 1.9)
+        interpolate(target + by * counts_per_rad, period_s)
+
+    servo.interpolate = sagging  # type: ignore[method-assign]
+
+
+UP_AND_DOWN = "MJ J1=10 J2=10 J3=10\nML Z=-750 F=2000\n" + "ML Z=-620\nML Z=-730\nML Z=-610\nML Z=-710\n" * 3 + "END\n"
+
+
+def drives_behind(cycles: int, folder: Path) -> None:
+    """A delta robot so fast that its drives are on the way there yet while they are commanded to the way back."""
+    scene = Scene(_deltas(folder, {"fast": UP_AND_DOWN, "other": "WAIT 1\n"}))
+    for servo, _ in scene.servos("fast"):
+        _delay(servo, cycles)
+    scene.done()
+
+
+def _delay(servo: Servo, cycles: int) -> None:
+    """Set points count so much later, as by a filter that smooths them."""
+    interpolate, coming = servo.interpolate, deque[float]()
+
+    def delayed(target: float, period_s: float) -> None:
+        coming.append(target)
+        interpolate(coming.popleft() if len(coming) > cycles else coming[0], period_s)
+
+    servo.interpolate = delayed  # type: ignore[method-assign]
+
+
+def _deltas(folder: Path, programs: dict[str, str]) -> Path:
+    """A cell of delta robots, 3 m from each other, whose drives are far behind."""
+    gateways, robots = list[str](), list[str]()
+    for number, (name, program) in enumerate(programs.items()):
+        (folder / f"{name}.prog").write_text(program)
+        (folder / f"{name}.yaml").write_text(DRIVES.replace("NAME", name))
+        gateways.append(f'  {name}: {{endpoint: "tcp/127.0.0.1:{7451 + number}", drives: {name}.yaml}}')
+        base = f"{{X: {3000 * number}, Y: 0, Z: 2000, A: 0, B: 0, C: 0}}"
+        robots.append(f"  {name}: {{model: {MODELS}/delta.yaml, gateway: {name}, base: {base}, program: {name}.prog}}")
+    cell = folder / "cell.yaml"
+    cell.write_text("\n".join([CELL, "gateways:", *gateways, "robots:", *robots, ""]))
+    return cell
+
+
+CELL = """cell: deltas
+units: {length: mm, angle: deg}
+manager: {endpoint: "tcp/127.0.0.1:7450"}"""
+DRIVES = """units: {length: mm, angle: deg}
+bus: {interface: virtual, channel: NAME, bitrate: 1000000}
+cycle_s: 0.004
+overrun_limit_s: 0.06
+heartbeat_producer_s: 0.1
+heartbeat_timeout_s: 0.6
+tpdo_timeout_s: 0.2
+boot_timeout_s: 5
+robots:
+  NAME:
+    axes:
+      J1: {node: 1, gear: 30, counts_per_turn: 131072, direction: 1, offset: 0, speed: 660, acceleration: 13200,
+           quick_stop: 17000, following_window: 66, following_time_s: 0.1}
+      J2: {node: 2, gear: 30, counts_per_turn: 131072, direction: 1, offset: 0, speed: 660, acceleration: 13200,
+           quick_stop: 17000, following_window: 66, following_time_s: 0.1}
+      J3: {node: 3, gear: 30, counts_per_turn: 131072, direction: 1, offset: 0, speed: 660, acceleration: 13200,
+           quick_stop: 17000, following_window: 66, following_time_s: 0.1}
+      J4: {node: 4, gear: 8, counts_per_turn: 131072, direction: 1, offset: 0, speed: 1320, acceleration: 16500,
+           quick_stop: 20000, following_window: 132, following_time_s: 0.1}
+"""
+
+
+def halted_in_a_zone(folder: Path) -> None:
+    """Where robots are kept apart, one that is halted in the first of two zones keeps its way out through the other."""
+    scene = Scene(two_zones(folder, "", PAUSE, ordered=True), staffed=False)
+    for robot in scene.facts.robots:
+        scene.until(f"{robot} is off", lambda robot=robot: scene.mode(robot) is Mode.DISABLED)
+        scene.order(robot, Enable(), Mode.READY)
+    scene.order("left", Run(), Mode.RUNNING)
+    scene.until("left is inside", lambda: scene.zone("north").state is ZoneState.OCCUPIED)
+    scene.world.clock.run_until(scene.world.clock.now + 0.3)  # it is in there to stay, and not only touches it
+    scene.order("left", Halt(), Mode.HALTED)
+    scene.until("left wants no second zone", lambda: scene.zone("south").state is ZoneState.FREE)
+    scene.order("right", Run(), Mode.RUNNING)
+    scene.until("right waits for left to get through", lambda: "left must get through" in scene.waits("right"))
+    scene.world.clock.run_until(scene.world.clock.now + 2.0)
+    scene.order("left", Continue(), Mode.RUNNING)
+    scene.done()
+
+
+SCENES: dict[str, Callable[[Path], None]] = {
+    "a robot is pushed too near": pushed_too_near,
+    "drives that sag": drives_that_sag,
+    "drives a little behind": partial(drives_behind, 8),
+    "drives far behind": partial(drives_behind, 20),
+    "halted in a zone": halted_in_a_zone,
+}
 
 
 def broken(number: int) -> tuple[str, float]:
     """What is wrong in this scene, and when."""
+    name, play = list(SCENES.items())[number]
     with tempfile.TemporaryDirectory(prefix="scene-") as folder:
         try:
-            SCENES[number](Path(folder))
+            play(Path(folder))
         except Broken as error:
-            return f"{SCENES[number].__name__.replace('_', ' ')}: {error.invariant}", error.at_s
+            return f"{name}: {error.invariant}", error.at_s
     return "", 0.0
 
 
 if __name__ == "__main__":
+    logging.disable(logging.CRITICAL)
     sys.exit(search("whole cells in which one certain thing happens", broken))

@@ -1,7 +1,7 @@
 """Two arms that each hold a zone the other one needs: found, told to both, and freed by the commands that are told.
 
 Where a motion leads through both zones without a stop between them, it never comes to that; nor where robots are kept
-apart, whose order knows the zones, too.
+apart, whose order knows the zones, too: `tests.sim.scenes` has that.
 """
 
 import re
@@ -26,41 +26,15 @@ from cell.messages import (
 )
 from tests.sim.invariants import Invariants
 from tests.sim.network import Weather
+from tests.sim.two_zones import PAUSE, two_zones
 from tests.sim.world import World, load_bundle
-from tests.unit.config_world import Copy
-
-ZONES = """  north:
-    size: [900, 1100, 2600]
-    pose: {X: 0, Y: 550, Z: 1400, A: 0, B: 0, C: 0}
-    robots: [left, right]
-  south:
-    size: [900, 1100, 2600]
-    pose: {X: 0, Y: -550, Z: 1400, A: 0, B: 0, C: 0}
-"""
-ONE_ZONE = """  handover:
-    size: [900, 2600, 2600]
-    pose: {X: 0, Y: 0, Z: 1400, A: 0, B: 0, C: 0}
-"""
-IN = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=80\nML X=1450 Y=500 Z=1350 A=0 B=90 C=0 F=300\n"
-ACROSS = "ML Y=-500 F=400\nML X=980 Y=0 F=900\nHOME F=80\nEND\n"
-"""The right arm is turned by half a turn: what is north for one is south for the other."""
-
-
-PAUSE = "WAIT 2\n"
 
 
 class Cell:
     """Both arms are switched on; `left` and `right` is what they do on the way from zone to zone."""
 
-    def __init__(self, folder: Path, left: str, right: str, *, planned: bool = True, ordered: bool = False) -> None:
-        copy = Copy(folder)
-        copy.change("two_arms/cell.yaml", ONE_ZONE, ZONES)
-        if not ordered:
-            copy.cell.write_text(f"{copy.cell.read_text()}separation: off\n")
-        copy.slow_buses()
-        for robot, between in (("left", left), ("right", right)):
-            (copy.folder / f"two_arms/programs/{robot}.prog").write_text(IN + between + ACROSS)
-        self.world = World(load_bundle(copy.cell), 0, Weather(loss=0.0, double=0.0, late=0.0))
+    def __init__(self, folder: Path, left: str, right: str, *, planned: bool = True) -> None:
+        self.world = World(load_bundle(two_zones(folder, left, right)), 0, Weather(0.0, 0.0, 0.0))
         self.invariants = Invariants(self.world, planned=planned)
         self.until(lambda: all(self.mode(robot) is Mode.DISABLED for robot in ("left", "right")))
         for robot, order, after in (("left", Enable(), Mode.READY), ("right", Enable(), Mode.READY)):
@@ -137,24 +111,6 @@ def test_two_arms_that_wait_for_each_others_zones_are_told_both_how_to_go_on(tmp
     stuck.until(lambda: all(event.remedy in str(stuck.state(robot)) for robot in ("left", "right")))
     stuck.world.clock.run_until(stuck.world.clock.now + 5.0)
     assert stuck.codes.count("zone_deadlock") == 1
-
-
-def test_where_robots_are_kept_apart_one_that_is_halted_in_a_zone_keeps_its_way_out(tmp_path: Path) -> None:
-    cell = Cell(tmp_path, "", PAUSE, ordered=True)
-    cell.order("left", Run())
-    cell.until(lambda: cell.zone("north") == (ZoneState.OCCUPIED, "left"))
-    cell.world.clock.run_until(cell.world.clock.now + 0.3)  # it is in there to stay, and not only touches it
-    cell.order("left", Halt())
-    cell.until(lambda: cell.zone("south")[0] is ZoneState.FREE)
-    cell.order("right", Run())
-    cell.until(lambda: "zone south: left must get through before right" in cell.waits())
-    cell.world.clock.run_until(cell.world.clock.now + 2.0)
-    assert cell.zone("south") == (ZoneState.FREE, None)
-    cell.order("left", Continue())
-    cell.until(lambda: cell.done("left") and cell.done("right"), 60.0)
-    assert "zone_deadlock" not in cell.codes
-    cell.world.clock.run_until(cell.world.clock.now + 1.0)
-    cell.invariants.check_at_rest()
 
 
 def halted_between(folder: Path) -> Cell:
