@@ -10,8 +10,10 @@ from cell.geometry.box import Box
 from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import check_poses
 
-_HALVINGS = 60
-"""Of the place on an axis that is nearest to a cylinder: fewer than the bits of a float decide."""
+_STEPS = 60
+"""To the place on an axis that is nearest to a cylinder: some ten do, and halves alone would."""
+_STEP_M = 1e-13
+"""A shorter one is the last."""
 
 
 class Solid(Protocol):
@@ -92,13 +94,22 @@ class Cylinder:
         return np.asarray(distance - radii)
 
     def _from_axes(self, start: Array, way: Array) -> Array:
-        """Distance of axes outside: it is convex along them, so its least place is found by where it stops falling."""
-        low, high = np.zeros(start.shape[:-1]), np.ones(start.shape[:-1])
-        for _ in range(_HALVINGS):
-            middle = (low + high) / 2.0
-            rises = self._slope(start + middle[..., None] * way, way) > 0.0
-            low, high = np.where(rises, low, middle), np.where(rises, middle, high)
-        return np.asarray(np.minimum(*(self._distance(start + share[..., None] * way) for share in (low, high))))
+        """Distance of axes outside: it is convex along them, so its least place is where its slope changes its sign.
+
+        That is looked for by Newton's steps, and by halves where these lead out of the part in which it is.
+        """
+        low, high = np.zeros(len(start)), np.ones(len(start))
+        high[self._slope(start, way)[0] >= 0.0], low[self._slope(start + way, way)[0] <= 0.0] = 0.0, 1.0
+        share, length = (low + high) / 2.0, np.sqrt(np.einsum("mk,mk->m", way, way))
+        for _ in range(_STEPS):
+            slope, bend = self._slope(start + share[:, None] * way, way)
+            low, high = np.where(slope > 0.0, low, share), np.where(slope < 0.0, high, share)
+            before, share = share, share - slope / np.where(bend > 0.0, bend, np.inf)
+            short = np.abs(share - before) * length <= _STEP_M
+            share = np.where(short | ((share > low) & (share < high)), share, (low + high) / 2.0)
+            if (short | ((high - low) * length <= _STEP_M)).all():
+                break
+        return np.asarray(np.minimum(*(self._distance(start + each[:, None] * way) for each in (before, share))))
 
     def _least_height(self, start: Array, way: Array) -> Array:
         """The least `_height` along axes: at an end, where one of both heights is least, or where both are equal.
@@ -150,12 +161,14 @@ class Cylinder:
             )
         )
 
-    def _slope(self, points: Array, way: Array) -> Array:
-        """Half the derivative of the squared distance along `way`; it never falls."""
+    def _slope(self, points: Array, way: Array) -> tuple[Array, Array]:
+        """Half the derivative of the squared distance along `way`, which never falls, and the derivative of that."""
         beside, beyond, from_axis = self._outside(points)
-        outwards = points[..., 0] * way[..., 0] + points[..., 1] * way[..., 1]
-        around = np.where(from_axis > 0.0, outwards / np.where(from_axis > 0.0, from_axis, 1.0), 0.0)
-        return np.asarray(beside * around + beyond * np.sign(points[..., 2]) * way[..., 2])
+        outwards = np.einsum("...k,...k", points[..., :2], way[..., :2]) / np.where(from_axis > 0.0, from_axis, 1.0)
+        square, rise = np.einsum("...k,...k", way[..., :2], way[..., :2]), way[..., 2]
+        slope = beside * outwards + beyond * np.sign(points[..., 2]) * rise
+        around = square - (self.radius / np.where(beside > 0.0, from_axis, 1.0)) * (square - outwards**2)
+        return slope, np.where(beside > 0.0, around, 0.0) + np.where(beyond > 0.0, rise**2, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
