@@ -105,9 +105,10 @@ class Faces:
         lies, or zero where the segment goes through. The bound is the distance from the polygon's plane, or that from
         a ball around it. `within` broadcasts with `(m, p)`.
         """
-        heights = np.einsum("mek,pk->pme", segments, self._normals).swapaxes(0, 1) - self._offsets[:, None]
-        least = np.abs(heights).min(axis=-1)
-        least[heights[..., 0] * heights[..., 1] <= 0.0] = 0.0
+        heights = segments @ self._normals.T - self._offsets
+        start, end = heights[:, 0], heights[:, 1]
+        least = np.minimum(np.abs(start), np.abs(end))
+        least[start * end <= 0.0] = 0.0
         middle, way = (segments[:, 0] + segments[:, 1]) / 2.0, segments[:, 1] - segments[:, 0]
         halves = np.sqrt(np.einsum("mk,mk->m", way, way)) / 2.0
         away = middle[:, None] - self._centres
@@ -116,7 +117,7 @@ class Faces:
         share = max(1, _AT_ONCE // self._starts.shape[1])
         for at in range(0, len(segment), share):
             one, other = segment[at : at + share], polygon[at : at + share]
-            least[one, other] = self._distance(segments[one], heights[one, other], other)
+            least[one, other] = self._distance(segments[one], heights[one, :, other], other)
         return np.asarray(least)
 
     def near(self, segment: Array, within: float) -> NDArray[np.intp]:

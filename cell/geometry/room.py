@@ -64,14 +64,14 @@ class Room:
         """
         points = np.asarray(points, dtype=float)
         axes = points.reshape(-1, 2, 3)
-        radii, within = (np.broadcast_to(each, points.shape[:-2]).reshape(-1) for each in (radii, within))
+        reach = np.broadcast_to(radii + within, points.shape[:-2]).reshape(-1)
         heights = self._heights(axes)
         distance = -heights.max(axis=-2).min(axis=-1) - max(self.extra)
         if len(self.parts) > 1:
-            near = distance - radii < within
+            near = distance < reach
             out = heights[near, 0].min(axis=-1)
-            distance[near] = self._from_border(axes[near], radii[near] + within[near], out)
-        return np.asarray((distance - radii).reshape(points.shape[:-2]))
+            distance[near] = self._from_border(axes[near], reach[near], out)
+        return np.asarray(distance.reshape(points.shape[:-2]) - radii)
 
     def bounds(self) -> None:
         """As `Solid`."""

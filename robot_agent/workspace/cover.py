@@ -39,7 +39,7 @@ class Cover:
         """Stretches of so many steps each; the last one is shorter. A path of one sample is one stretch."""
         last = len(path.points) - 1
         firsts = np.arange(0, max(last, 1), stretch)
-        edges = np.append(firsts, last)
+        edges = np.concatenate([firsts, [last]])
         ends = path.points[edges]
         low, high = (
             side(side.reduceat(path.points, firsts), side(ends[:-1], ends[1:])) for side in (np.minimum, np.maximum)
@@ -75,16 +75,18 @@ class Boxes:
     """Many boxes at once."""
 
     def __init__(self, boxes: Sequence[Box]) -> None:
-        self._turns = np.array([box.pose_world_box[:3, :3] for box in boxes]).reshape(-1, 3, 3)
+        turns = np.array([box.pose_world_box[:3, :3] for box in boxes]).reshape(-1, 3, 3)
         places = np.array([box.pose_world_box[:3, 3] for box in boxes]).reshape(-1, 3)
-        self._places = np.einsum("sk,skj->sj", places, self._turns)
-        self._halves = np.array([box.size / 2.0 for box in boxes]).reshape(-1, 3)
+        self._axes = turns.transpose(1, 0, 2).reshape(3, -1)
+        """`(3, 3 s)` those of all boxes side by side."""
+        self._places = np.einsum("sk,skj->sj", places, turns).reshape(-1)
+        self._halves = np.array([box.size / 2.0 for box in boxes]).reshape(-1)
 
     def distance(self, segments: Array) -> Array:
         """Of segments `(..., 2, 3)` from each box `(s, ...)` [m], a bound from below by the gaps along its axes."""
         flat = segments.reshape(-1, 3)
-        ends = (flat @ self._turns - self._places[:, None]).reshape(len(self._turns), len(flat) // 2, 2, 3)
-        low, high = np.minimum(ends[:, :, 0], ends[:, :, 1]), np.maximum(ends[:, :, 0], ends[:, :, 1])
-        away = np.maximum(low, -high) - self._halves[:, None]
-        np.maximum(away, 0.0, out=away)
-        return np.asarray(np.sqrt(np.einsum("spk,spk->sp", away, away)).reshape(len(ends), *segments.shape[:-2]))
+        ends = (flat @ self._axes - self._places).reshape(len(flat) // 2, 2, -1)
+        away = np.maximum(np.minimum(ends[:, 0], ends[:, 1]), -np.maximum(ends[:, 0], ends[:, 1]))
+        away -= self._halves
+        away = np.maximum(away, 0.0, out=away).reshape(len(away), -1, 3)
+        return np.asarray(np.sqrt(np.einsum("psk,psk->sp", away, away)).reshape(-1, *segments.shape[:-2]))

@@ -101,7 +101,7 @@ class Spaces:
         chords = np.sqrt(np.einsum("mtk,mtk->mt", steps, steps))
         return Sweep(
             points,
-            np.append(body.radii, [0.0, 0.0]),
+            np.concatenate([body.radii, np.zeros(2)]),
             np.concatenate([body.chords, chords], axis=1),
             body.bulge,
             body.tcp,
