@@ -1,6 +1,7 @@
 """A solid of triangles. The tree of boxes of python-fcl finds the one that is nearest to a point or a line."""
 
 import copy
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -129,20 +130,28 @@ class Mesh:
         for at in np.flatnonzero(~nearer).tolist():
             way, least = axes[:, at], float(apart[at])
             if least > 0.0:
-                nearer[at] = self._away(way) < least
+                nearer[at] = self._comes_within(way, least)
             elif self.is_closed:
                 nearer[at] = self._depth(_places(way), -least, some_out=True, enough=-least) > -least
         return nearer
+
+    def _comes_within(self, axes: Array, apart: float) -> bool:
+        """Whether one of the axes `(m, 2, 3)` that a capsule goes through is nearer to the surface than `apart` [m].
+
+        No axis is nearer than the last one less the way of its ends to that, so on a way out few others are looked at.
+        """
+        last = self._away(axes[-1:])
+        rest = axes[np.linalg.norm(axes - axes[-1], axis=-1).max(axis=-1) > last - apart]
+        return last < apart or (len(rest) > 0 and self._away(rest) < apart)
 
     def _in_mesh(self, points: Array) -> Array:
         return np.asarray((points - self.pose_world_mesh[:3, 3]) @ self.pose_world_mesh[:3, :3])
 
     def _from_axes(self, axes: Array, within: Array) -> Array:
         """Distance of each axis `(k, 2, 3)` in the frame of the mesh; infinite for some beyond `within`, `(k,)` [m]."""
-        inside, least = self._inside(axes[:, 0]), self._from_surface(axes, within)
-        for at in np.flatnonzero(inside | (least < _TOUCHES_M)) if self.is_closed else ():
-            depth = self._depth(_places(axes[at, None]), 0.0, some_out=bool(least[at] < _TOUCHES_M))
-            least[at] = -depth if depth > 0.0 else least[at]
+        least = self._from_surface(axes, within)
+        for at, depth in self._depths(axes, least < _TOUCHES_M):
+            least[at] = -depth
         outside = np.flatnonzero((least >= 0.0) & (least <= within + _TOUCHES_M))
         if len(outside):
             near = [self._faces.near(axes[at], float(least[at]) + _TOUCHES_M) for at in outside]
@@ -150,6 +159,17 @@ class Mesh:
             least[outside] = np.inf
             np.minimum.at(least, axis, self._faces.of_pairs(axes[axis], np.concatenate(near)))
         return least
+
+    def _depths(self, axes: Array, crosses: Flags) -> Iterator[tuple[int, float]]:
+        """Which of the axes `(k, 2, 3)` have places inside, and how deep these are [m].
+
+        Of an axis that does not cross the surface the start tells for all of it.
+        """
+        places = [_places(axis[None]) if crossing else axis[:1] for axis, crossing in zip(axes, crosses, strict=True)]
+        inside = np.split(self._inside(np.concatenate(places)), np.cumsum([len(some) for some in places[:-1]]))
+        for at in (at for at, held in enumerate(inside) if held.any()):
+            held = places[at][inside[at]] if crosses[at] else _places(axes[at, None])
+            yield at, self._depth(held, 0.0, some_out=False)
 
     def _from_surface(self, axes: Array, within: Array) -> Array:
         """Distance `(k,)` of each axis `(k, 2, 3)` from the surface to `_TOUCHES_M`; infinite for some beyond `within`.
