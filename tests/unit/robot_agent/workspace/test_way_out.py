@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cell.geometry import Box, Cylinder, HalfSpace, Hull, Mesh, Solid, Sphere, pose_from
+from cell.geometry import Box, Convex, Cylinder, HalfSpace, Hull, Mesh, Room, Solid, Sphere, pose_from
 from robot_agent.workspace.swept_body import Sweep
 from robot_agent.workspace.things import Barrier, blocked
 from tests.unit.ball_mesh import ball_file
@@ -15,7 +15,8 @@ TURN = np.array([0.1, 0.2, 0.3, 0.9])
 POSE = pose_from(np.array([0.3, -0.2, 0.5]), TURN / np.linalg.norm(TURN))
 RADIUS_M, MARGIN_M, EXACT_M = 0.04, 0.005, 1e-9
 SAMPLES = 12
-SOLIDS = ["box", "ball", "column", "hull", "floor", "block of triangles", "ball of triangles"]
+ROOMS = ((0.5, 0.3, 0.4), (0.3, 0.5, 0.4))
+SOLIDS = ["box", "ball", "column", "hull", "floor", "block of triangles", "ball of triangles", "outside of rooms"]
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +30,7 @@ def solids(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Solid]:
         "floor": HalfSpace(POSE),
         "block of triangles": Mesh(*block((0.6, 0.5, 0.8)), POSE),
         "ball of triangles": Mesh.of_file(file, 0.004, POSE),
+        "outside of rooms": Room(tuple(Convex.of_box(Box(np.array(size), POSE)) for size in ROOMS), (0.0, 0.01)),
     }
 
 
@@ -64,9 +66,9 @@ def test_a_way_is_free_exactly_where_no_sample_is_deeper_than_the_first(name: st
 
 @pytest.mark.parametrize("name", SOLIDS)
 def test_from_every_place_inside_a_way_leads_out(name: str, solids: dict[str, Solid]) -> None:
-    rng, directions, places = np.random.default_rng(5), np.random.default_rng(6).normal(size=(60, 3)), 0
+    rng, directions, places = np.random.default_rng(5), np.random.default_rng(6).normal(size=(40, 3)), 0
     directions /= np.linalg.norm(directions, axis=-1)[:, None]
-    while places < 12:
+    while places < 5:
         middle = POSE[:3, 3] + rng.uniform(-0.3, 0.3, 3)
         start = np.array([middle, middle + rng.uniform(-0.02, 0.02, 3)])
         ways = [found(solids[name], swept(start, 0.02 * way, np.zeros(3))) for way in directions]
