@@ -16,6 +16,8 @@ STRETCH = 16
 """Steps of a motion that are looked at as one, before what is near is looked at more closely."""
 _OF_A_BLOCK = 3
 """Stretches of a block. With one, what a fast link sweeps is so wide that much seems near; each one more costs more."""
+_ROW = 8
+"""Stretches that are looked at closely together: who touches something in one need not look at all that follow."""
 _ROUNDING_M = 1e-9
 
 
@@ -66,9 +68,9 @@ class Cover:
 
 
 def runs(near: Flags) -> list[tuple[int, int]]:
-    """Begin and end of each row of stretches that are `near` `(b,)`, the end not counted."""
-    turns = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8)))
-    return [(first, end) for first, end in turns.reshape(-1, 2).tolist()]
+    """Begin and end of each row of stretches that are `near` `(b,)`, the end not counted; `_ROW` of them at most."""
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8))).reshape(-1, 2).tolist()
+    return [(at, min(at + _ROW, end)) for first, end in turns for at in range(first, end, _ROW)]
 
 
 class Boxes:
