@@ -57,7 +57,20 @@ def workspace(model: Model, motion: Motion) -> Iterator[Row]:
     what = f"4 spaces, {BOXES} boxes, {MESHES} meshes and itself"
     yield Row(f"{what}, 10 s of motion", whole_s, whole_s / 0.03, "of 30 ms")
     yield Row(f"{what}, a block of {BLOCK} samples", block_s, block_s / 0.0003, "of 0.3 ms")
+    yield from _ways_out(model, motion, block)
     yield _beside_fcl(_mesh(things), body)
+
+
+def _ways_out(model: Model, motion: Motion, block: Sweep) -> Iterator[Row]:
+    """A block of a robot whose hand stands in something at first, the way it goes at first and the way back."""
+    back, (start, *_) = sweep(model, _WORLD, motion.q(motion.grid[BLOCK - 1 :: -1])), motion.q(motion.grid[:1])
+    at = PoseSettings(tuple((model.forward(start)[:3, 3] - [0.0, 0.0, 0.15]).tolist()), _UPRIGHT)
+    with tempfile.TemporaryDirectory() as folder:
+        shapes = {"box": BoxShape((0.5, 0.5, 0.5)), "mesh": MeshShape(_ball(Path(folder)), 0.0025)}
+        for name, shape in shapes.items():
+            things = Things(model, (ThingSettings(name, shape, at, _MARGIN_M, {}),))
+            taken = max(median_s(partial(things.in_the_way, each), 50) for each in (block, back))
+            yield Row(f"the way out of a {name}, a block of {BLOCK} samples", taken, taken / 0.001, "of 1 ms")
 
 
 def _beside_fcl(mesh: Mesh, body: Sweep) -> Row:

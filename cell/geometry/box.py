@@ -7,7 +7,7 @@ import numpy as np
 from cell.geometry.arrays import Array
 from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import check_poses, pose_from
-from cell.geometry.segment import least_along
+from cell.geometry.segment import least_height
 
 _THINNEST_M = 1e-9
 """Of a box about points in one plane."""
@@ -48,7 +48,7 @@ class Box:
         pose[:3, 3] += pose[:3, :3] @ ((low + high) / 2.0)
         return cls(np.maximum(high - low, _THINNEST_M), pose)
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:  # noqa: ARG002
         """As `Solid`; see `capsule_box_distance`. Below minus the radius: the depth of the axis."""
         points = np.asarray(points, dtype=float)
         distance = np.asarray(capsule_box_distance(points, np.zeros(points.shape[:-2]), self))
@@ -56,7 +56,7 @@ class Box:
         if inside.any():
             local = (points[inside] - self.pose_world_box[:3, 3]) @ self.pose_world_box[:3, :3]
             distance[inside] = np.minimum(
-                least_along(local, lambda at: np.asarray((np.abs(at) - self.size / 2).max(axis=-1))), 0.0
+                least_height(np.concatenate([local, -local], axis=-1) - np.tile(self.size / 2.0, 2)), 0.0
             )
         return np.asarray(distance - radii)
 

@@ -11,7 +11,7 @@ from cell.geometry.arrays import Array, Flags
 from cell.geometry.box import Box
 from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import transform_points
-from cell.geometry.segment import least_along, segment_distance
+from cell.geometry.segment import least_height, segment_distance
 
 MOST_POINTS = 32
 _FLAT_M = 1e-7
@@ -73,7 +73,11 @@ class Convex:
 
         Outside it is at most the distance, inside it is exactly minus the distance from the surface.
         """
-        return np.asarray((np.asarray(points) @ self.normals.T - self.offsets).max(axis=-1))
+        return np.asarray(self.beyond(points).max(axis=-1))
+
+    def beyond(self, points: Array) -> Array:
+        """By how much `points` `(..., 3)` are beyond each plane, `(..., k)` [m]."""
+        return np.asarray(np.asarray(points) @ self.normals.T - self.offsets)
 
 
 class Faces:
@@ -91,6 +95,7 @@ class Faces:
         self._outward = np.cross(self._ends - self._starts, normals[:, None])
         self._edges = np.stack([self._starts, self._ends], axis=-2)
         self._centres = (self._starts.min(axis=1) + self._starts.max(axis=1)) / 2.0
+        self._middles = np.ascontiguousarray(self._centres.T)
         self._balls = np.linalg.norm(self._starts - self._centres[:, None], axis=-1).max(axis=-1)
 
     def distance(self, segments: Array, within: Array | float) -> Array:
@@ -100,9 +105,10 @@ class Faces:
         lies, or zero where the segment goes through. The bound is the distance from the polygon's plane, or that from
         a ball around it. `within` broadcasts with `(m, p)`.
         """
-        heights = np.einsum("mek,pk->pme", segments, self._normals).swapaxes(0, 1) - self._offsets[:, None]
-        least = np.abs(heights).min(axis=-1)
-        least[heights[..., 0] * heights[..., 1] <= 0.0] = 0.0
+        heights = segments @ self._normals.T - self._offsets
+        start, end = heights[:, 0], heights[:, 1]
+        least = np.minimum(np.abs(start), np.abs(end))
+        least[start * end <= 0.0] = 0.0
         middle, way = (segments[:, 0] + segments[:, 1]) / 2.0, segments[:, 1] - segments[:, 0]
         halves = np.sqrt(np.einsum("mk,mk->m", way, way)) / 2.0
         away = middle[:, None] - self._centres
@@ -111,16 +117,26 @@ class Faces:
         share = max(1, _AT_ONCE // self._starts.shape[1])
         for at in range(0, len(segment), share):
             one, other = segment[at : at + share], polygon[at : at + share]
-            least[one, other] = self._distance(segments[one], heights[one, other], other)
+            least[one, other] = self._distance(segments[one], heights[one, :, other], other)
         return np.asarray(least)
 
     def near(self, segment: Array, within: float) -> NDArray[np.intp]:
         """The polygons that may be no farther than `within` [m] from a segment `(2, 3)`, by balls around them."""
-        away, way = self._centres - segment[0], segment[1] - segment[0]
-        whole = float(way @ way)
-        if whole > 0.0:
-            away -= np.clip(away @ way / whole, 0.0, 1.0)[:, None] * way
-        return np.flatnonzero(np.einsum("pk,pk->p", away, away) <= (self._balls + within) ** 2)
+        way = segment[1] - segment[0]
+        away = self._middles - segment[0][:, None]
+        share = way @ away / max(float(way @ way), np.finfo(float).tiny)
+        away -= np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share) * way[:, None]
+        away *= away
+        reach = self._balls + within
+        return np.flatnonzero(away[0] + away[1] + away[2] <= reach * reach)
+
+    def at_most(self, points: Array, polygon: int, place: Array) -> Array:
+        """Bounds from above on how far points `(n, 3)` are from a polygon: from a place on it, or from its plane."""
+        away, outward, normal = points - place, self._outward[polygon], self._normals[polygon]
+        bounds = np.sqrt(np.einsum("nk,nk->n", away, away))
+        above = (points @ outward.T <= np.einsum("ek,ek->e", self._starts[polygon], outward)).all(axis=1)
+        heights = np.abs(points @ normal - self._offsets[polygon])
+        return np.asarray(np.where(above, np.minimum(bounds, heights), bounds))
 
     def of_pairs(self, segments: Array, polygons: NDArray[np.intp]) -> Array:
         """Exact distance `(k,)` [m] of each segment `(k, 2, 3)` from its polygon."""
@@ -166,13 +182,14 @@ class Hull:
         """As `PlacedSolid`."""
         return Hull(self.points, pose_world_solid)
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:
         """As `Solid`; exact, and below zero the depth of the axis and the radius."""
         points = np.asarray(points, dtype=float)
         axes = points.reshape(-1, 2, 3)
-        distance = self._faces.distance(axes, np.inf).min(axis=-1)
-        inside = (distance == 0.0) | (self.convex.heights(axes[:, 0]) < 0.0)
-        distance[inside] = np.minimum(least_along(axes[inside], self.convex.heights), 0.0)
+        distance = least_height(self.convex.beyond(axes))
+        reach = np.broadcast_to(radii + within, points.shape[:-2]).reshape(-1)
+        near = (distance > 0.0) & (distance < reach)
+        distance[near] = self._faces.distance(axes[near], np.inf).min(axis=-1, initial=np.inf)
         return np.asarray(distance.reshape(points.shape[:-2]) - radii)
 
     def bounds(self) -> Box:

@@ -1,6 +1,7 @@
-"""A solid of triangles. The tree of boxes of python-fcl finds the one that is nearest to a point."""
+"""A solid of triangles. The tree of boxes of python-fcl finds the one that is nearest to a point or a line."""
 
 import copy
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -22,6 +23,8 @@ _SPACING_M = 0.01
 """Of the places on an axis at which it is looked how deep it is."""
 _UNEVEN = 0.4567
 """Added to how often that fits into an axis: a capsule of a round length has as many places however it is rounded."""
+_TOUCHES_M = 1e-9
+"""Far above what rounding changes of the distances that fcl finds, the most where lines are nearly parallel."""
 _FLAT = 1e-12
 """Triangles lower than this share of their longest side have no normal; their edges are those of others."""
 
@@ -99,7 +102,7 @@ class Mesh:
         """The tree is made anew where it is unpacked: plans are made in a process of their own."""
         return Mesh, (self.vertices, self.triangles, self.pose_world_mesh)
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:
         """As `Solid`; exact where the axis is outside of the mesh.
 
         Below minus the radius: how deep in the mesh the deepest is of places on the axis, `_SPACING_M` apart, and so of
@@ -108,60 +111,112 @@ class Mesh:
         points = np.asarray(points, dtype=float)
         if points.shape[-2:] != (2, 3):
             raise WrongShape("capsule end points", points.shape, "(..., 2, 3)")
-        radii = np.broadcast_to(radii, points.shape[:-2])
-        axes = (points.reshape(-1, 2, 3) - self.pose_world_mesh[:3, 3]) @ self.pose_world_mesh[:3, :3]
-        reach = radii.reshape(-1) + within
+        axes = self._in_mesh(points.reshape(-1, 2, 3))
+        radii, within = (np.broadcast_to(each, points.shape[:-2]).reshape(-1) for each in (radii, within))
+        reach = radii + within
         halves = np.linalg.norm(axes[:, 1] - axes[:, 0], axis=-1) / 2.0
-        near = point_box_distance(axes.mean(axis=1), self._box) <= halves + reach
+        near = point_box_distance(axes.mean(axis=1), self._box) <= halves + np.maximum(reach, 0.0)
         distance = np.full(len(axes), np.inf)
         if near.any():
             distance[near] = self._from_axes(axes[near], reach[near])
-        return np.asarray(np.minimum(distance.reshape(radii.shape) - radii, within))
+        return np.asarray(np.minimum(distance - radii, within).reshape(points.shape[:-2]))
+
+    def comes_nearer(self, points: Array, radii: Array, than: Array | float) -> Flags:
+        """Which capsules `(k,)` are nearer than that `(k,)` [m] at one of the poses `(m, k, 2, 3)` they go through."""
+        axes, apart = self._in_mesh(points), np.asarray(radii + than)
+        beside, nearer = np.flatnonzero(apart > 0.0), np.zeros(len(apart), dtype=np.bool_)
+        inside = self._inside(axes[:, beside, 0].reshape(-1, 3)).reshape(len(axes), len(beside))
+        nearer[beside] = inside.any(axis=0)
+        for at in np.flatnonzero(~nearer).tolist():
+            way, least = axes[:, at], float(apart[at])
+            if least > 0.0:
+                nearer[at] = self._comes_within(way, least)
+            elif self.is_closed:
+                nearer[at] = self._depth(_places(way), -least, some_out=True, enough=-least) > -least
+        return nearer
+
+    def _comes_within(self, axes: Array, apart: float) -> bool:
+        """Whether one of the axes `(m, 2, 3)` that a capsule goes through is nearer to the surface than `apart` [m].
+
+        No axis is nearer than the last one less the way of its ends to that, so on a way out few others are looked at.
+        """
+        last = self._away(axes[-1:])
+        rest = axes[np.linalg.norm(axes - axes[-1], axis=-1).max(axis=-1) > last - apart]
+        return last < apart or (len(rest) > 0 and self._away(rest) < apart)
+
+    def _in_mesh(self, points: Array) -> Array:
+        return np.asarray((points - self.pose_world_mesh[:3, 3]) @ self.pose_world_mesh[:3, :3])
 
     def _from_axes(self, axes: Array, within: Array) -> Array:
         """Distance of each axis `(k, 2, 3)` in the frame of the mesh; infinite for some beyond `within`, `(k,)` [m]."""
-        lengths = np.linalg.norm(axes[:, 1] - axes[:, 0], axis=-1)
-        parts = 1 + (lengths / _SPACING_M + _UNEVEN).astype(np.int64)
-        shares = [np.linspace(0.0, 1.0, count + 1)[:, None] for count in parts.tolist()]
-        places = [axis[0] + share * (axis[1] - axis[0]) for axis, share in zip(axes, shares, strict=True)]
-        inside = np.split(self._inside(np.concatenate(places)), (parts + 1).cumsum()[:-1])
-        each = zip(places, inside, (lengths / parts).tolist(), within.tolist(), strict=True)
-        least = np.array([self._least(*one) for one in each], dtype=float)
-        outside = np.flatnonzero((least > 0.0) & np.isfinite(least))
+        least = self._from_surface(axes, within)
+        for at, depth in self._depths(axes, least < _TOUCHES_M):
+            least[at] = -depth
+        outside = np.flatnonzero((least >= 0.0) & (least <= within + _TOUCHES_M))
         if len(outside):
-            near = [self._faces.near(axes[at], float(least[at])) for at in outside]
+            near = [self._faces.near(axes[at], float(least[at]) + _TOUCHES_M) for at in outside]
             axis = np.repeat(outside, [len(some) for some in near])
+            least[outside] = np.inf
             np.minimum.at(least, axis, self._faces.of_pairs(axes[axis], np.concatenate(near)))
         return least
 
-    def _least(self, places: Array, inside: Flags, apart_m: float, within: float) -> float:
-        """The least distance [m] of places along an axis, below 0 inside; infinite where the axis is beyond `within`.
+    def _depths(self, axes: Array, crosses: Flags) -> Iterator[tuple[int, float]]:
+        """Which of the axes `(k, 2, 3)` have places inside, and how deep these are [m].
 
-        It changes by no more than the way from one to another, so most between two of them need not be looked at.
+        Of an axis that does not cross the surface the start tells for all of it.
+        """
+        places = [_places(axis[None]) if crossing else axis[:1] for axis, crossing in zip(axes, crosses, strict=True)]
+        inside = np.split(self._inside(np.concatenate(places)), np.cumsum([len(some) for some in places[:-1]]))
+        for at in (at for at, held in enumerate(inside) if held.any()):
+            held = places[at][inside[at]] if crosses[at] else _places(axes[at, None])
+            yield at, self._depth(held, 0.0, some_out=False)
+
+    def _from_surface(self, axes: Array, within: Array) -> Array:
+        """Distance `(k,)` of each axis `(k, 2, 3)` from the surface to `_TOUCHES_M`; infinite for some beyond `within`.
+
+        Where all of several axes are beyond it one look is enough.
+        """
+        away = self._away(axes)
+        if len(axes) == 1 or away > within.max() + _TOUCHES_M:
+            return np.full(len(axes), away if len(axes) == 1 else np.inf)
+        half = len(axes) // 2
+        return np.concatenate(
+            [self._from_surface(axes[part], within[part]) for part in (slice(half), slice(half, None))]
+        )
+
+    def _away(self, axes: Array) -> float:
+        """How far the nearest of axes `(m, 2, 3)` is from the surface [m], to `_TOUCHES_M`: 0 where it goes through."""
+        import fcl
+
+        lines = fcl.BVHModel()
+        lines.beginModel(len(axes), 2 * len(axes))
+        lines.addSubModel(axes.reshape(-1, 3), np.arange(2 * len(axes)).reshape(-1, 2)[:, [0, 1, 1]])
+        lines.endModel()
+        return max(float(fcl.distance(self._tree, fcl.CollisionObject(lines))), 0.0)
+
+    def _depth(self, places: Array, least: float, *, some_out: bool, enough: float = np.inf) -> float:
+        """How deep the deepest of places `(p, 3)` is [m]; `least` where none is deeper.
+
+        None is deeper than in the box around the mesh. What is nearest to one place bounds how deep the others are, so
+        few have to be looked at. `some_out`: they are not known to be all inside. One that is deeper than `enough` ends
+        the search.
         """
         import fcl
 
-        held = inside.tolist()
-
-        def height(at: int) -> float:
-            point = fcl.CollisionObject(fcl.Sphere(0.0), fcl.Transform(places[at]))
-            away = max(float(fcl.distance(self._tree, point)), 0.0)
-            return -away if held[at] else away
-
-        last = len(places) - 1
-        ends = height(0), height(last)
-        least, nearest, between = min(ends), np.inf, [(0, last, *ends)]
-        while between:
-            first, last, one, other = between.pop()
-            bound = (one + other - (last - first) * apart_m) / 2.0
-            if last - first == 1:
-                nearest = min(nearest, bound)
-            elif bound < min(least, within):
-                middle = (first + last) // 2
-                here = height(middle)
-                least = min(least, here)
-                between += [(first, middle, one, here), (middle, last, here, other)]
-        return least if min(least, nearest) <= within else np.inf
+        bounds = (self._box.size / 2.0 - np.abs(places - self._box.pose_world_box[:3, 3])).min(axis=1)
+        places, bounds = places[bounds > least], bounds[bounds > least]
+        request = fcl.DistanceRequest(enable_nearest_points=True)
+        while len(places) and least <= enough and bounds[at := int(bounds.argmax())] > least:
+            found, place = fcl.DistanceResult(), places[at]
+            point = fcl.CollisionObject(fcl.Sphere(0.0), fcl.Transform(place))
+            away = max(float(fcl.distance(self._tree, point, request, found)), 0.0)
+            if away > least and some_out and not self._inside(place[None])[0]:
+                bounds[np.linalg.norm(places - place, axis=-1) < away] = 0.0
+            elif away > 0.0:
+                least = max(least, away)
+                np.minimum(bounds, self._faces.at_most(places, found.b1, found.nearest_points[0]), out=bounds)
+            bounds[at] = 0.0
+        return least
 
     def _inside(self, points: Array) -> Flags:
         return np.zeros(len(points), np.bool_) if self._winding is None else self._winding.inside(points)
@@ -169,3 +224,11 @@ class Mesh:
     def bounds(self) -> Box:
         """As `Solid`."""
         return self._box.moved_to(self.pose_world_mesh @ self._box.pose_world_box)
+
+
+def _places(axes: Array) -> Array:
+    """On each of axes `(m, 2, 3)` of one length the same places, `(p, 3)`."""
+    parts = 1 + int(np.linalg.norm(axes[0, 1] - axes[0, 0]) / _SPACING_M + _UNEVEN)
+    shares = np.linspace(0.0, 1.0, parts + 1)
+    starts, ends = axes.transpose(1, 2, 0)[..., None]
+    return np.asarray((starts + shares * (ends - starts)).reshape(3, -1).T)

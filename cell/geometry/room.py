@@ -56,7 +56,7 @@ class Room:
         object.__setattr__(self, "_offsets", np.concatenate([part.offsets for part in self.parts]))
         object.__setattr__(self, "_firsts", np.cumsum([0, *planes[:-1]]))
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:
         """As `Solid`. Below minus the radius: how far the axis is out, by the planes of the nearest part.
 
         Inside one part the least depth of both ends is a bound from below, and in a union of one part exact; the border
@@ -64,14 +64,14 @@ class Room:
         """
         points = np.asarray(points, dtype=float)
         axes = points.reshape(-1, 2, 3)
-        radii = np.broadcast_to(radii, points.shape[:-2]).reshape(-1)
+        reach = np.broadcast_to(radii + within, points.shape[:-2]).reshape(-1)
         heights = self._heights(axes)
         distance = -heights.max(axis=-2).min(axis=-1) - max(self.extra)
         if len(self.parts) > 1:
-            near = distance - radii < within
+            near = distance < reach
             out = heights[near, 0].min(axis=-1)
-            distance[near] = self._from_border(axes[near], radii[near] + within, out)
-        return np.asarray((distance - radii).reshape(points.shape[:-2]))
+            distance[near] = self._from_border(axes[near], reach[near], out)
+        return np.asarray(distance.reshape(points.shape[:-2]) - radii)
 
     def bounds(self) -> None:
         """As `Solid`."""

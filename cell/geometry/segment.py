@@ -1,7 +1,6 @@
 """The exact distance between line segments, and so between capsules."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -16,20 +15,29 @@ _NARROW = 1e-6
 _BACK, _NONE, _NOTHING = np.array(-1.0), np.array(0.0), np.array(np.finfo(float).tiny)
 """As arrays, which numpy takes sooner than numbers."""
 
-_THIRDINGS = 80
-"""Of the part of a segment in which a least value lies: enough for the bits of a float."""
 
+def least_height(heights: Array) -> Array:
+    """How far segments `(m,)` reach into what lies below planes, from `heights` `(m, 2, k)` of both ends above each.
 
-def least_along(segments: Array, value: Callable[[Array], Array]) -> Array:
-    """The least `value` `(m,)` of the points `(m, 3)` of each segment `(m, 2, 3)`; it must be convex along them."""
-    start, way = segments[:, 0], segments[:, 1] - segments[:, 0]
-    low, high = np.zeros(len(segments)), np.ones(len(segments))
-    for _ in range(_THIRDINGS):
-        third = (high - low) / 3.0
-        left, right = low + third, high - third
-        falls = value(start + left[:, None] * way) > value(start + right[:, None] * way)
-        low, high = np.where(falls, left, low), np.where(falls, high, right)
-    return np.minimum(value(start + low[:, None] * way), np.minimum(value(start), value(segments[:, 1])))
+    It is the least, along a segment, of what is highest there, which is convex. Where a line that falls and one that
+    rises meet, no place is lower than that; the line that is highest there takes the place of one of both, until it is
+    one of them.
+    """
+    start, rise = heights[:, 0], heights[:, 1] - heights[:, 0]
+    rows, left, right = np.arange(len(heights)), start.argmax(axis=1), heights[:, 1].argmax(axis=1)
+    least = heights.max(axis=2).min(axis=1)
+    for _ in range(heights.shape[2]):
+        falls, rises = rise[rows, left], rise[rows, right]
+        meet = (falls < 0.0) & (rises > 0.0)
+        share = (start[rows, left] - start[rows, right]) / np.where(meet, rises - falls, 1.0)
+        here = start + np.where(meet, share, 0.0)[:, None] * rise
+        highest = here.argmax(axis=1)
+        np.minimum(least, here[rows, highest], out=least)
+        if (~meet | (highest == left) | (highest == right)).all():
+            break
+        down = rise[rows, highest] < 0.0
+        left, right = np.where(down, highest, left), np.where(down, right, highest)
+    return np.asarray(least)
 
 
 def segment_distance(first: Array, second: Array) -> Array:

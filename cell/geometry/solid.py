@@ -9,20 +9,21 @@ from cell.geometry.arrays import Array
 from cell.geometry.box import Box
 from cell.geometry.errors import GeometryError, WrongShape
 from cell.geometry.pose import check_poses
-from cell.geometry.segment import least_along
 
-_HALVINGS = 60
-"""Of the place on an axis that is nearest to a cylinder: fewer than the bits of a float decide."""
+_STEPS = 60
+"""To the place on an axis that is nearest to a cylinder: some ten do, and halves alone would."""
+_STEP_M = 1e-13
+"""A shorter one is the last."""
 
 
 class Solid(Protocol):
     """A closed body in world."""
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:
         """Distance `(...)` [m] of capsules, end points `(..., 2, 3)` in world; at most 0 exactly where they touch.
 
         Below zero it is less the deeper the capsule is, but for meshes that do not close. What is farther than `within`
-        [m] may be told as that.
+        [m] may be told as that; it is below zero where only what is deeper counts, and broadcasts with `(...)`.
         """
         ...
 
@@ -49,7 +50,7 @@ class Sphere:
     def __post_init__(self) -> None:
         _check_length("sphere", "radius", self.radius)
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:  # noqa: ARG002
         """As `Solid`; exact, and below zero the depth along the line to the centre."""
         start, way = _axes(points)
         square = np.einsum("...k,...k", way, way)
@@ -83,23 +84,51 @@ class Cylinder:
         _check_length("cylinder", "length", self.length)
         object.__setattr__(self, "pose_world_cylinder", check_poses(self.pose_world_cylinder, "pose of the cylinder"))
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
-        """As `Solid`. The distance is convex along the axis, so its least place is found by where it stops falling.
-
-        Below minus the radius: the depth of the axis.
-        """
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:
+        """As `Solid`. Below minus the radius: the depth of the axis."""
         start, way = _axes((np.asarray(points) - self._centre) @ self.pose_world_cylinder[:3, :3])
-        low, high = np.zeros(start.shape[:-1]), np.ones(start.shape[:-1])
-        for _ in range(_HALVINGS):
-            middle = (low + high) / 2.0
-            rises = self._slope(start + middle[..., None] * way, way) > 0.0
-            low, high = np.where(rises, low, middle), np.where(rises, middle, high)
-        distance = np.asarray(np.minimum(*(self._distance(start + share[..., None] * way) for share in (low, high))))
-        inside = distance == 0.0
-        if inside.any():
-            axes = np.stack([start, start + way], axis=-2)[inside]
-            distance[inside] = np.minimum(least_along(axes, self._height), 0.0)
+        distance = self._least_height(start, way)
+        near = (distance > 0.0) & (distance < radii + within)
+        if near.any():
+            distance[near] = self._from_axes(start[near], way[near])
         return np.asarray(distance - radii)
+
+    def _from_axes(self, start: Array, way: Array) -> Array:
+        """Distance of axes outside: it is convex along them, so its least place is where its slope changes its sign.
+
+        That is looked for by Newton's steps, and by halves where these lead out of the part in which it is.
+        """
+        low, high = np.zeros(len(start)), np.ones(len(start))
+        high[self._slope(start, way)[0] >= 0.0], low[self._slope(start + way, way)[0] <= 0.0] = 0.0, 1.0
+        share, length = (low + high) / 2.0, np.sqrt(np.einsum("mk,mk->m", way, way))
+        for _ in range(_STEPS):
+            slope, bend = self._slope(start + share[:, None] * way, way)
+            low, high = np.where(slope > 0.0, low, share), np.where(slope < 0.0, high, share)
+            before, share = share, share - slope / np.where(bend > 0.0, bend, np.inf)
+            short = np.abs(share - before) * length <= _STEP_M
+            share = np.where(short | ((share > low) & (share < high)), share, (low + high) / 2.0)
+            if (short | ((high - low) * length <= _STEP_M)).all():
+                break
+        return np.asarray(np.minimum(*(self._distance(start + each[:, None] * way) for each in (before, share))))
+
+    def _least_height(self, start: Array, way: Array) -> Array:
+        """The least `_height` along axes: at an end, where one of both heights is least, or where both are equal.
+
+        They are where x^2 + y^2 = (radius - length / 2 + |z|)^2, for each sense of z a square equation.
+        """
+        flat, along = start[..., :2], way[..., :2]
+        square, mixed, whole = (np.einsum("...k,...k", a, b) for a, b in ((along, along), (along, flat), (flat, flat)))
+        shares = [np.zeros(square.shape), np.ones(square.shape)]
+        rise = way[..., 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares += [-mixed / square, -start[..., 2] / rise]
+            for sense in (-1.0, 1.0):
+                level = self.radius - self.length / 2.0 + sense * start[..., 2]
+                a, b, c = square - rise**2, mixed - sense * rise * level, whole - level**2
+                root = -b - np.copysign(np.sqrt(np.maximum(b * b - a * c, 0.0)), b)
+                shares += [root / a, c / root]
+        share = np.clip(np.nan_to_num(np.stack(shares, axis=-1)), 0.0, 1.0)
+        return np.asarray(self._height(start[..., None, :] + share[..., None] * way[..., None, :]).min(axis=-1))
 
     def bounds(self) -> Box:
         """As `Solid`."""
@@ -132,12 +161,14 @@ class Cylinder:
             )
         )
 
-    def _slope(self, points: Array, way: Array) -> Array:
-        """Half the derivative of the squared distance along `way`; it never falls."""
+    def _slope(self, points: Array, way: Array) -> tuple[Array, Array]:
+        """Half the derivative of the squared distance along `way`, which never falls, and the derivative of that."""
         beside, beyond, from_axis = self._outside(points)
-        outwards = points[..., 0] * way[..., 0] + points[..., 1] * way[..., 1]
-        around = np.where(from_axis > 0.0, outwards / np.where(from_axis > 0.0, from_axis, 1.0), 0.0)
-        return np.asarray(beside * around + beyond * np.sign(points[..., 2]) * way[..., 2])
+        outwards = np.einsum("...k,...k", points[..., :2], way[..., :2]) / np.where(from_axis > 0.0, from_axis, 1.0)
+        square, rise = np.einsum("...k,...k", way[..., :2], way[..., :2]), way[..., 2]
+        slope = beside * outwards + beyond * np.sign(points[..., 2]) * rise
+        around = square - (self.radius / np.where(beside > 0.0, from_axis, 1.0)) * (square - outwards**2)
+        return slope, np.where(beside > 0.0, around, 0.0) + np.where(beyond > 0.0, rise**2, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -150,7 +181,7 @@ class HalfSpace:
     def __post_init__(self) -> None:
         object.__setattr__(self, "pose_world_plane", check_poses(self.pose_world_plane, "pose of the half space"))
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:  # noqa: ARG002
         """As `Solid`; exact, and below zero the depth."""
         _axes(points)
         above = (np.asarray(points) - self.pose_world_plane[:3, 3]) @ self.pose_world_plane[:3, 2]

@@ -29,8 +29,10 @@ class Winding:
 
     def __init__(self, corners: Array) -> None:
         """Of triangles `(t, 3, 3)` [m] that are `closed`, in their own frame."""
-        self._corners = corners
+        self._corners, self._ends = corners, np.roll(corners, -1, axis=1)
+        self._normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         low, high = corners.min(axis=1), corners.max(axis=1)
+        self._lows, self._highs = low, high
         self._low, self._high = low.min(axis=0), high.max(axis=0)
         self._side = max(1, int(np.sqrt(len(corners))))
         first, last = self._cell(low[:, :2]), self._cell(high[:, :2])
@@ -54,7 +56,10 @@ class Winding:
         count = end - begin
         point = np.repeat(np.arange(len(held)), count)
         places = np.arange(len(point)) + np.repeat(begin - (count.cumsum() - count), count)
-        around = self._around(points[held[point]], self._corners[self._triangles[places]])
+        triangle, (_, y, z) = self._triangles[places], points[held[point]].T
+        may = (self._lows[triangle, 1] <= y) & (y < self._highs[triangle, 1]) & (z < self._highs[triangle, 2])
+        point, triangle = point[may], triangle[may]
+        around = self._around(points[held[point]], triangle)
         inside[held] = np.bincount(point, around, len(held)) != 0.0
         return inside
 
@@ -62,26 +67,24 @@ class Winding:
         """Of a grid of `_side` by `_side` over X and Y, `(p, 2)`."""
         width = np.maximum(self._high[:2] - self._low[:2], np.finfo(float).tiny)
         share = (places - self._low[:2]) / width * self._side
-        return np.asarray(np.clip(share.astype(np.int64), 0, self._side - 1))
+        return np.asarray(np.minimum(np.maximum(share.astype(np.int64), 0), self._side - 1))
 
-    def _around(self, points: Array, corners: Array) -> Array:
-        """How each triangle `(k, 3, 3)` goes around the ray up from its point `(k, 3)`: 1, -1, or 0 for not at all."""
-        ends = np.roll(corners, -1, axis=1)
-        x, y = points[:, None, 0], points[:, None, 1]
+    def _around(self, points: Array, triangles: Indices) -> Array:
+        """How each triangle `(k,)` goes around the ray up from its point `(k, 3)`: 1, -1, or 0 for not at all."""
+        corners, ends, x, y = self._corners[triangles], self._ends[triangles], points[:, None, 0], points[:, None, 1]
         up, down = (corners[..., 1] <= y) & (y < ends[..., 1]), (ends[..., 1] <= y) & (y < corners[..., 1])
         lower, upper = np.where(up[..., None], corners, ends), np.where(up[..., None], ends, corners)
         rise = np.where(up | down, upper[..., 1] - lower[..., 1], 1.0)
         right = lower[..., 0] + (y - lower[..., 1]) / rise * (upper[..., 0] - lower[..., 0]) > x
         turns = ((up & right).astype(float) - (down & right)).sum(axis=1)
         met = np.flatnonzero(turns)
-        turns[met] *= self._height(points[met], corners[met]) > points[met, 2]
+        turns[met] *= self._height(points[met], triangles[met]) > points[met, 2]
         return np.asarray(turns)
 
-    def _height(self, points: Array, corners: Array) -> Array:
+    def _height(self, points: Array, triangles: Indices) -> Array:
         """Z of each triangle's plane at X and Y of its point, kept between its lowest and highest corner."""
-        first = corners[:, 0]
-        normal = np.cross(corners[:, 1] - first, corners[:, 2] - first)
+        first, normal = self._corners[triangles, 0], self._normals[triangles]
         steep = normal[:, 2] == 0.0
         fall = ((points - first)[:, :2] * normal[:, :2]).sum(axis=1) / np.where(steep, 1.0, normal[:, 2])
         height = np.where(steep, first[:, 2], first[:, 2] - fall)
-        return np.clip(height, corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1))
+        return np.asarray(np.minimum(np.maximum(height, self._lows[triangles, 2]), self._highs[triangles, 2]))

@@ -16,6 +16,8 @@ STRETCH = 16
 """Steps of a motion that are looked at as one, before what is near is looked at more closely."""
 _OF_A_BLOCK = 3
 """Stretches of a block. With one, what a fast link sweeps is so wide that much seems near; each one more costs more."""
+_ROW = 8
+"""Stretches that are looked at closely together: who touches something in one need not look at all that follow."""
 _ROUNDING_M = 1e-9
 
 
@@ -39,7 +41,7 @@ class Cover:
         """Stretches of so many steps each; the last one is shorter. A path of one sample is one stretch."""
         last = len(path.points) - 1
         firsts = np.arange(0, max(last, 1), stretch)
-        edges = np.append(firsts, last)
+        edges = np.concatenate([firsts, [last]])
         ends = path.points[edges]
         low, high = (
             side(side.reduceat(path.points, firsts), side(ends[:-1], ends[1:])) for side in (np.minimum, np.maximum)
@@ -66,25 +68,27 @@ class Cover:
 
 
 def runs(near: Flags) -> list[tuple[int, int]]:
-    """Begin and end of each row of stretches that are `near` `(b,)`, the end not counted."""
-    turns = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8)))
-    return [(first, end) for first, end in turns.reshape(-1, 2).tolist()]
+    """Begin and end of each row of stretches that are `near` `(b,)`, the end not counted; `_ROW` of them at most."""
+    turns = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8))).reshape(-1, 2).tolist()
+    return [(at, min(at + _ROW, end)) for first, end in turns for at in range(first, end, _ROW)]
 
 
 class Boxes:
     """Many boxes at once."""
 
     def __init__(self, boxes: Sequence[Box]) -> None:
-        self._turns = np.array([box.pose_world_box[:3, :3] for box in boxes]).reshape(-1, 3, 3)
+        turns = np.array([box.pose_world_box[:3, :3] for box in boxes]).reshape(-1, 3, 3)
         places = np.array([box.pose_world_box[:3, 3] for box in boxes]).reshape(-1, 3)
-        self._places = np.einsum("sk,skj->sj", places, self._turns)
-        self._halves = np.array([box.size / 2.0 for box in boxes]).reshape(-1, 3)
+        self._axes = turns.transpose(1, 0, 2).reshape(3, -1)
+        """`(3, 3 s)` those of all boxes side by side."""
+        self._places = np.einsum("sk,skj->sj", places, turns).reshape(-1)
+        self._halves = np.array([box.size / 2.0 for box in boxes]).reshape(-1)
 
     def distance(self, segments: Array) -> Array:
         """Of segments `(..., 2, 3)` from each box `(s, ...)` [m], a bound from below by the gaps along its axes."""
         flat = segments.reshape(-1, 3)
-        ends = (flat @ self._turns - self._places[:, None]).reshape(len(self._turns), len(flat) // 2, 2, 3)
-        low, high = np.minimum(ends[:, :, 0], ends[:, :, 1]), np.maximum(ends[:, :, 0], ends[:, :, 1])
-        away = np.maximum(low, -high) - self._halves[:, None]
-        np.maximum(away, 0.0, out=away)
-        return np.asarray(np.sqrt(np.einsum("spk,spk->sp", away, away)).reshape(len(ends), *segments.shape[:-2]))
+        ends = (flat @ self._axes - self._places).reshape(len(flat) // 2, 2, -1)
+        away = np.maximum(np.minimum(ends[:, 0], ends[:, 1]), -np.maximum(ends[:, 0], ends[:, 1]))
+        away -= self._halves
+        away = np.maximum(away, 0.0, out=away).reshape(len(away), -1, 3)
+        return np.asarray(np.sqrt(np.einsum("psk,psk->sp", away, away)).reshape(-1, *segments.shape[:-2]))

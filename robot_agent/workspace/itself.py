@@ -33,7 +33,7 @@ class Itself:
         self.pairs = _pairs(model)
         """`(2, p)` indices of `model.body`, the one nearer to the base first."""
 
-    def clearance(self, points: Array, radii: Array, within: float) -> Array:
+    def clearance(self, points: Array, radii: Array, within: Array | float) -> Array:
         """Distance of each pair less the margin, `(m, p)` [m]; beyond `within` a bound from below.
 
         `points`: all capsules `(m, c, 2, 3)` [m], `radii` `(c,)`.
@@ -51,6 +51,10 @@ class Itself:
             points[sample, first], radii[first], points[sample, second], radii[second]
         )
         return np.asarray(distance - self.margin_m)
+
+    def nearer(self, points: Array, radii: Array, than: Array) -> Flags:
+        """As `KeptAway`."""
+        return np.asarray((self.clearance(points, radii, than) < than).any(axis=0))
 
     def way(self, ways: Array) -> Array:
         """How far both of each pair go together `(m, p)` [m], from how far the capsules go `(m, c)`."""

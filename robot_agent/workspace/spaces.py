@@ -101,7 +101,7 @@ class Spaces:
         chords = np.sqrt(np.einsum("mtk,mtk->mt", steps, steps))
         return Sweep(
             points,
-            np.append(body.radii, [0.0, 0.0]),
+            np.concatenate([body.radii, np.zeros(2)]),
             np.concatenate([body.chords, chords], axis=1),
             body.bulge,
             body.tcp,
@@ -149,8 +149,8 @@ class Spaces:
         found = rules.barriers.blocked(Cover.of_block(path) if cover is None else cover, path)
         if found is None:
             return ""
-        barrier, near = found
-        return rules.of(barrier).hindrance.format(who=self._who(barrier, near.column))
+        barrier, column = found
+        return rules.of(barrier).hindrance.format(who=self._who(barrier, column))
 
     @property
     def slow(self) -> bool:
@@ -231,7 +231,7 @@ class _Cone:
     within_rad: float
     lever_m: float
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:  # noqa: ARG002
         """As `Solid`."""
         axis = points[..., 0, :] / self.lever_m
         apart, along = (np.linalg.norm(axis + sign * self.towards, axis=-1) for sign in (-1.0, 1.0))
@@ -245,7 +245,7 @@ class _Cone:
 class _Everywhere:
     """Nothing is far from it: the outside of no space at all."""
 
-    def capsule_distance(self, points: Array, radii: Array, within: float = np.inf) -> Array:  # noqa: ARG002
+    def capsule_distance(self, points: Array, radii: Array, within: Array | float = np.inf) -> Array:  # noqa: ARG002
         """As `Solid`."""
         return np.broadcast_to(-1.0, np.shape(points)[:-2]) - radii
 

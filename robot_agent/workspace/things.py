@@ -78,8 +78,12 @@ class KeptAway(Protocol):
         """How many bodies of a column move between two samples."""
         ...
 
-    def clearance(self, points: Array, radii: Array, within: float) -> Array:
+    def clearance(self, points: Array, radii: Array, within: Array | float) -> Array:
         """Distance less the margin `(m, k)` [m] at poses of all capsules; beyond `within` a bound from below."""
+        ...
+
+    def nearer(self, points: Array, radii: Array, than: Array) -> Flags:
+        """Which columns `(k,)` are nearer than that `(k,)` [m], less their margin, at some of the poses."""
         ...
 
     def way(self, ways: Array) -> Array:
@@ -109,27 +113,36 @@ class Barrier:
     capsules: NDArray[np.intp]
     bodies: int = 1
 
-    def clearance(self, points: Array, radii: Array, within: float) -> Array:
+    def clearance(self, points: Array, radii: Array, within: Array | float) -> Array:
         """Distance less the margin, `(m, k)` [m], of the capsules that count; beyond `within` a bound from below."""
         points = points[:, self.capsules]
         radii = np.broadcast_to(radii[self.capsules], points.shape[:2])
-        box = self.solid.bounds()
+        box, within = self.solid.bounds(), np.broadcast_to(within + self.margin_m, points.shape[:2])
         if box is None:
-            return self.solid.capsule_distance(points, radii, within + self.margin_m) - self.margin_m
+            return self.solid.capsule_distance(points, radii, within) - self.margin_m
         start, way = points[..., 0, :], points[..., 1, :] - points[..., 0, :]
         half = np.sqrt(np.einsum("...k,...k", way, way)) / 2.0
         distance = point_box_distance(start + way / 2.0, box) - half - radii
-        near = distance < within + self.margin_m
+        near = distance < np.maximum(within, 0.0)
         if near.any():
-            distance[near] = self.solid.capsule_distance(points[near], radii[near], within + self.margin_m)
+            distance[near] = self.solid.capsule_distance(points[near], radii[near], within[near])
         return np.asarray(distance - self.margin_m)
+
+    def nearer(self, points: Array, radii: Array, than: Array) -> Flags:
+        """As `KeptAway`. How near a mesh is at each pose takes much longer than whether it is nearer at one of them."""
+        if isinstance(self.solid, Mesh):
+            return self.solid.comes_nearer(points[:, self.capsules], radii[self.capsules], than + self.margin_m)
+        return np.asarray((self.clearance(points, radii, than) < than).any(axis=0))
 
     def near(self, cover: Cover, roughly: Flags) -> Flags:
         """Which of the columns that are `roughly` near `(b, c)` may come too near, and when: `(b, k)`, by stretches."""
         near = roughly[:, self.capsules]
         if near.any():
             points, radii = cover.points[:, self.capsules][near], cover.radii[:, self.capsules][near]
-            near[near] = self.solid.capsule_distance(points, radii, self.margin_m) <= self.margin_m
+            if isinstance(self.solid, Mesh):
+                near[near] = self.solid.comes_nearer(points[None], radii, self.margin_m)
+            else:
+                near[near] = self.solid.capsule_distance(points, radii, self.margin_m) <= self.margin_m
         return near
 
     def way(self, ways: Array) -> Array:
@@ -168,10 +181,10 @@ class Barriers:
         found = [(each, first_near_of(each, cover, near, path, taus, points_at)) for each, near in self.near(cover)]
         return min(((each, near) for each, near in found if near), key=lambda each: each[1].tau, default=None)
 
-    def blocked(self, cover: Cover, path: Sweep) -> tuple[Barrier, Near] | None:
-        """Which of them is in the way of samples close to one another; see `blocked`."""
+    def blocked(self, cover: Cover, path: Sweep) -> tuple[Barrier, int] | None:
+        """Which of them is in the way of samples close to one another, and of which column; see `blocked`."""
         for barrier, near in self.near(cover):
-            if found := blocked_of(barrier, near, path):
+            if (found := blocked_of(barrier, near, path)) is not None:
                 return barrier, found
         return None
 
@@ -188,11 +201,11 @@ def first_near_of(
     return None
 
 
-def blocked_of(kept: KeptAway, near: Flags, path: Sweep) -> Near | None:
+def blocked_of(kept: KeptAway, near: Flags, path: Sweep) -> int | None:
     """As `blocked`, looking only at the columns that `near` `(b, k)` says of some stretch."""
     columns = np.flatnonzero(near.any(axis=0))
     found = blocked(kept.among(columns), path, near[0, columns]) if len(columns) else None
-    return None if found is None else replace(found, column=int(columns[found.column]))
+    return None if found is None else int(columns[found])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -252,7 +265,7 @@ class Things:
         touches, cover = list[Touch](), Cover.of(path, STRETCH)
         if found := self._barriers.first_near(cover, path, taus, points_at):
             barrier, first = found
-            part, name = self._part(barrier, first), self._name(barrier)
+            part, name = self._part(barrier, first.column), self._name(barrier)
             touches.append(Touch(first.tau, part, name, first.missing_m, barrier.margin_m))
         if near := first_near_of(self._itself, cover, self._itself.near(cover), path, taus, points_at):
             part, other = self._itself.names(near.column)
@@ -267,54 +280,38 @@ class Things:
         cover = Cover.of_block(path) if cover is None else cover.first(len(path.radii))
         if found := self._barriers.blocked(cover, path):
             return f"{self._name(found[0])} is in the way of {named(self._part(*found))}"
-        if near := blocked_of(self._itself, self._itself.near(cover), path):
-            part, other = self._itself.names(near.column)
+        if (pair := blocked_of(self._itself, self._itself.near(cover), path)) is not None:
+            part, other = self._itself.names(pair)
             return f"{other} is in the way of {named(part)}"
         return ""
 
-    def _part(self, barrier: Barrier, near: Near) -> str:
-        return part_of(self._model, int(barrier.capsules[near.column]))
+    def _part(self, barrier: Barrier, column: int) -> str:
+        return part_of(self._model, int(barrier.capsules[column]))
 
     def _name(self, barrier: Barrier) -> str:
         return next(thing.name for thing in self._things if thing.barrier is barrier)
 
 
-def blocked(kept: KeptAway, path: Sweep, begins: Flags) -> Near | None:
-    """What comes too near in samples close to one another, its tau being the number of the sample.
+def blocked(kept: KeptAway, path: Sweep, begins: Flags) -> int | None:
+    """The column that comes too near in samples close to one another.
 
     A robot that begins too near may go where it comes no nearer: that is the way out. Which columns may begin so says
     `begins` `(k,)`.
     """
     around = kept.way(path.chords) / 2.0 + kept.bodies * path.bulge[:, None]
     within = float(around.max(initial=0.0)) + _APART_M
-    first, found, begin = np.zeros(len(begins)), list[Near](), np.flatnonzero(begins)
+    first, begin = np.zeros(len(begins)), np.flatnonzero(begins)
     if len(begin):
         first[begin] = kept.among(begin).clearance(path.points[:1], path.radii, within)[0]
-    for column in np.flatnonzero(first < 0.0).tolist():
-        before = int(found[-1].tau) if found else len(path.points)
-        if deeper := _deeper(kept.among(np.array([column])), path, column, float(first[column]), before):
-            found.append(deeper)
-    free = np.flatnonzero(first >= 0.0)
+    inside, free = np.flatnonzero(first < 0.0), np.flatnonzero(first >= 0.0)
+    if len(inside):
+        nearer = kept.among(inside).nearer(path.points[1:], path.radii, first[inside] - _ROUNDING_M)
+        if nearer.any():
+            return int(inside[nearer.argmax()])
     if len(free):
-        later = kept.among(free).clearance(path.points[1:], path.radii, within)
-        short = later < around[:, free]
+        short = kept.among(free).clearance(path.points[1:], path.radii, within) < around[:, free]
         if short.any():
-            sample, at = np.unravel_index(int(np.argmax(short)), short.shape)
-            found.append(Near(float(sample + 1), int(free[at]), -float(later[sample, at])))
-    return min(found, key=lambda near: near.tau, default=None)
-
-
-def _deeper(kept: KeptAway, path: Sweep, column: int, first: float, before: int) -> Near | None:
-    """The first sample before that one that is nearer than `first` [m], as a path begins, too near, in its one column.
-
-    How far the body goes is how much nearer it can come: samples that are no nearer by that are passed over.
-    """
-    way = np.concatenate([[0.0], kept.way(path.chords)[:, 0].cumsum()])
-    at, clear = 0, first
-    while (at := max(at + 1, int(np.searchsorted(way, way[at] + clear - first, side="right")))) < before:
-        clear = float(kept.clearance(path.points[at : at + 1], path.radii, np.inf)[0, 0])
-        if clear < first - _ROUNDING_M:
-            return Near(float(at), column, -clear)
+            return int(free[np.unravel_index(int(short.argmax()), short.shape)[1]])
     return None
 
 

@@ -198,8 +198,8 @@ BODY = (
         (
             Edit(
                 THINGS,
-                "        if clear < first - _ROUNDING_M:\n",
-                "        if clear < first - 1.0:\n",
+                "path.radii, first[inside] - _ROUNDING_M)",
+                "path.radii, first[inside] - 1.0)",
             ),
         ),
         bench=Bench.BODY,

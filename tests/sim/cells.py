@@ -385,12 +385,10 @@ def _kept_apart(file: Path, text: str, margin_mm: float) -> CellBundle:
 
 def _least_m(paths: Sequence[_Path]) -> float:
     """The least distance of two robots if each could be anywhere on its path, 0.2 s from place to place [m]."""
-    least = math.inf
-    for one, other in itertools.combinations(paths, 2):
-        for points in one.points[::5]:
-            away = capsule_distance(points[:, None], one.radii[:, None], other.points[::5, None], other.radii)
-            least = min(least, float(away[..., one.moves[:, None] & other.moves].min()))
-    return least
+    return min(
+        _apart_m(one, one.points[::5], other, other.points[::5], one.moves[:, None] & other.moves)
+        for one, other in itertools.combinations(paths, 2)
+    )
 
 
 def _rests_apart_m(paths: Sequence[_Path]) -> float:
@@ -398,9 +396,13 @@ def _rests_apart_m(paths: Sequence[_Path]) -> float:
 
     A robot that rests in the way of another one lets that one never come to its end.
     """
-    least = math.inf
-    for one, other in itertools.permutations(paths, 2):
-        rests = one.points[[0, -1]][:, None, :, None]
-        away = capsule_distance(rests, one.radii[:, None], other.points[None, :, None], other.radii)
-        least = min(least, float(away[..., one.moves[:, None] | other.moves].min()))
-    return least
+    return min(
+        _apart_m(one, one.points[[0, -1]], other, other.points, one.moves[:, None] | other.moves)
+        for one, other in itertools.permutations(paths, 2)
+    )
+
+
+def _apart_m(one: _Path, at: np.ndarray, other: _Path, its: np.ndarray, count: np.ndarray) -> float:
+    """The least distance of two robots, each wherever it may be, of the pairs of links that `count` `(c, c)` [m]."""
+    each = (capsule_distance(points[:, None], one.radii[:, None], its[:, None], other.radii) for points in at)
+    return min(float(away[..., count].min()) for away in each)

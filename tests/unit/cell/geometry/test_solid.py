@@ -25,6 +25,8 @@ from tests.unit.block_mesh import block, obj_file
 RNG = np.random.default_rng(11)
 TURNED = pose_from(np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.2, 0.3, 0.9]) / np.linalg.norm([0.1, 0.2, 0.3, 0.9]))
 SHARES = np.linspace(0.0, 1.0, 2001)
+SIZE = np.array([1.2, 0.8, 2.0])
+HULLS = [Hull(RNG.uniform(-0.8, 0.8, (12, 3)), pose) for pose in (TURNED, np.eye(4))]
 ROUND = st.sampled_from([-1.0, -0.6, -0.4, 0.0, 0.4, 0.6, 1.0])
 NUMBER = ROUND | st.floats(-2.0, 2.0)
 CAPSULE = st.tuples(*[NUMBER] * 6).map(lambda numbers: np.array(numbers).reshape(2, 3))
@@ -45,6 +47,32 @@ def test_the_distance_from_a_cylinder_is_the_least_along_the_axis(ends: np.ndarr
     exact = max(float(cylinder.capsule_distance(ends, np.array(0.0))), 0.0)
     step = np.linalg.norm(ends[1] - ends[0]) / (len(SHARES) - 1)
     assert sampled - step <= exact <= sampled + 1e-12
+
+
+@given(ends=CAPSULE, upright=st.booleans(), which=st.sampled_from(["box", "column", "disc", "hull"]))
+@settings(max_examples=500, deadline=None)
+def test_the_depth_in_a_convex_solid_is_the_greatest_along_the_axis(
+    ends: np.ndarray, upright: bool, which: str
+) -> None:
+    pose, places = np.eye(4) if upright else TURNED, along(ends)
+    local = (places - pose[:3, 3]) @ pose[:3, :3]
+    solid: Box | Cylinder | Hull
+    if which == "box":
+        solid, heights = Box(SIZE, pose), (np.abs(local) - SIZE / 2.0).max(axis=-1)
+    elif which == "hull":
+        solid = HULLS[upright]
+        heights = solid.convex.heights(places)
+    else:
+        length = 1.2 if which == "column" else 0.4
+        solid = Cylinder(0.4, length, pose)
+        heights = np.maximum(np.hypot(local[:, 0], local[:, 1]) - 0.4, np.abs(local[:, 2]) - length / 2.0)
+    exact, sampled = float(solid.capsule_distance(ends, np.array(0.0))), float(heights.min())
+    step = np.linalg.norm(ends[1] - ends[0]) / (len(SHARES) - 1)
+    if sampled < 0.0:
+        assert sampled - step <= exact <= sampled + 1e-12
+    else:
+        assert exact >= -step
+    assert float(solid.capsule_distance(ends, np.array(0.05), sampled)) == pytest.approx(exact - 0.05, abs=1e-15)
 
 
 @given(ends=CAPSULE)
