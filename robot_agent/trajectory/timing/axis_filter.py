@@ -23,9 +23,6 @@ _LONGEST_PIECE_S = 8e-3
 _MOST_EVEN = 4000
 """Knots, and places at which the TCP is looked at, that are evenly apart: those of some 20 s."""
 _EXACT = 2e-7
-"""Largest distance [rad or m] of the joints between two knots from what leaves the filter there."""
-_EVENLY = 1e-4
-"""The same, as a share of the way that the quickest joint goes in the time of a piece at its highest speed."""
 _SAMPLES = 8
 """Per window, at which the TCP is compared with where it would be without the filter."""
 _NEAR_LARGEST, _LOOKED_AT, _FINER = 0.7, 16, 2
@@ -84,16 +81,15 @@ def _smoothed(pieces: Pieces, window_s: float, from_s: float = 0.0) -> Pieces:
         kept = np.unique(np.ceil(np.append(pieces.knots, [0.0, np.inf]) / cell_s).clip(first, last).astype(np.intp))
     kept = kept[(kept < behind.late) | (kept == last)]
     while True:
-        t, states = behind.times(kept), behind.states(kept)
-        made = Pieces.through(t - t[0], *states)
-        exact = min(_EXACT, _EVENLY * stride * cell_s * float(np.abs(states[1]).max()))
+        t = behind.times(kept)
+        made = Pieces.through(t - t[0], *behind.states(kept))
         inner = kept[:-1, None] + np.rint(np.diff(kept)[:, None] * np.arange(1, stride) / stride).astype(np.intp)
         inner = np.setdiff1d(inner, kept)
         inner = inner[inner < behind.late]
         away = np.abs(made.position(behind.times(inner) - t[0]) - behind.states(inner)[0]).max(axis=1)
-        if not (away > exact).any():
+        if not (away > _EXACT).any():
             return made
-        kept = np.union1d(kept, inner[away > exact])
+        kept = np.union1d(kept, inner[away > _EXACT])
 
 
 class _Behind:
