@@ -74,7 +74,8 @@ class Chain:
                 second, third = (step.axis + 1) % 3, (step.axis + 2) % 3
                 here[second] = cosine * axes[second] + sine * axes[third]
                 here[third] = cosine * axes[third] - sine * axes[second]
-        return columns.transpose(3, 0, 2, 1).reshape(*x.shape[:-1], self.size + 1, 4, 4)
+        order = (*range(3, x.ndim + 2), 0, 2, 1)
+        return columns.reshape(self.size + 1, 4, 4, *x.shape[:-1]).transpose(order)
 
     def _frames_at(self, x: Array) -> Array:
         """The same for one joint set `(s,)`: arrays of a few numbers would cost more than the numbers."""

@@ -76,7 +76,8 @@ class Circle:
     def at(self, distance_m: Numbers) -> Numbers:
         """See the module."""
         distance, length = np.asarray(distance_m, dtype=np.float64)[..., None], self.length_m
-        turn, climb = self.angle_rad / length, self.lift_m / length * np.cross(self.u, self.v)
+        turn = self.angle_rad / length
+        climb = self.lift_m / length * np.cross(self.u, self.v) if self.lift_m else np.zeros(3)
         outwards = np.cos(turn * distance) * self.u + np.sin(turn * distance) * self.v
         onwards = np.cos(turn * distance) * self.v - np.sin(turn * distance) * self.u
         place = self.centre + self.radius_m * outwards + distance * climb
@@ -190,9 +191,10 @@ class Polynomials:
 
 def _powers(u: Numbers, count: int) -> Numbers:
     """The first powers `(..., count)` of u `(...)`."""
-    made = np.empty((*np.shape(u), count))
-    made[..., 0], made[..., 1:] = 1.0, np.asarray(u)[..., None]
-    return np.asarray(np.multiply.accumulate(made, axis=-1))
+    made = np.ones((*np.shape(u), count))
+    for power in range(1, count):
+        np.multiply(made[..., power - 1], u, out=made[..., power])
+    return made
 
 
 def _parameter(c: Numbers, distance: Numbers, cell: NDArray[np.intp], first: Numbers, last: Numbers) -> Numbers:

@@ -55,12 +55,23 @@ def legs(
     start: Numbers,
     arrival: Numbers | None = None,
     departure: Numbers | None = None,
+    following: TcpMove | None = None,
 ) -> list[Leg]:
     """The legs of consecutive blocks (index, move) from TCP pose `start` `(4, 4)`; empty moves have none.
 
     `arrival` and `departure` are the twists `(6,)` per metre with which the robot comes to the first block and leaves
-    the last one on joint moves; splines take them over. Raises PathError.
+    the last one on joint moves; splines take them over. A spline at the end arrives as it does where the move
+    `following` is one more block. Raises PathError.
     """
+    if following is not None:
+        last = blocks[-1][0]
+        try:
+            whole = legs([*blocks, (last + 1, following)], start, arrival)
+        except PathError as error:
+            if error.block <= last:
+                raise
+            return legs(blocks, start, arrival)
+        return [leg for leg in whole if leg.block <= last]
     made: list[Leg] = []
     pose, first = start, 0
     while first < len(blocks):

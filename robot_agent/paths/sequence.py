@@ -16,7 +16,8 @@ Block = JointMove | Line | Arc | Spline
 class Sequence:
     """The blocks of one motion, in order; each starts where the one before it ends.
 
-    `beyond` are blocks that come after it: they are not planned, but lines within a tolerance are led towards them.
+    `beyond` are blocks that come after it: they are not planned, but lines within a tolerance are led towards them, and
+    a spline at its end arrives in the direction in which it goes on to the first of them.
     `aimed` `(4, 4)` is the pose to which the block before led; None: where the robot is.
     """
 

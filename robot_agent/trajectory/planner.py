@@ -299,13 +299,16 @@ class _Paths:
 
     def _departure(self, index: int, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The direction in which a joint move goes on after block `index`, a spline that ends at joints `q` `(n,)`."""
-        block, following = self._blocks[index], self._blocks[index + 1] if index + 1 < len(self._blocks) else None
-        if not isinstance(block, Spline) or block.round_m == 0.0:
-            return None
-        if not isinstance(following, JointMove) or not following.synchronised:
+        following = self._after_spline(index)
+        if self._blocks[index].round_m == 0.0 or not isinstance(following, JointMove) or not following.synchronised:
             return None
         check_target(self._model, index + 1, following)
         return self._direction(q, following.target - q)
+
+    def _after_spline(self, index: int) -> Block | None:
+        """The block after block `index`, beyond the sequence too, where that is a spline."""
+        following = [*self._blocks, *self._beyond][index + 1 : index + 2]
+        return following[0] if following and isinstance(self._blocks[index], Spline) else None
 
     def _direction(self, q: NDArray[np.float64], way: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The TCP's twist `(6,)` per metre when the joints leave `q` `(n,)` along `way`; None if it hardly moves."""
@@ -322,8 +325,11 @@ class _Paths:
     ) -> list[PosePath]:
         for index, block in blocks:
             check_poses_of(index, block)
+        last = blocks[-1][0]
+        beyond = self._after_spline(last) if last + 1 == self.blocks else None
+        following = None if isinstance(beyond, JointMove) else beyond
         try:
-            made = legs(blocks, self._model.forward(q), arrival, departure)
+            made = legs(blocks, self._model.forward(q), arrival, departure, following)
             return pose_paths(made, self._limits.shaping.blend_m)
         except PathError as error:
             raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error

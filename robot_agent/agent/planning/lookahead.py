@@ -363,7 +363,10 @@ class Lookahead:
         return tuple(steps)
 
     def _beyond(self, ahead: ReadAhead, last: MotionStep) -> tuple[MotionStep, ...]:
-        """The moves towards which a motion is led that ends with `last`."""
+        """The moves towards which a motion is led that ends with `last`: after a spline it is one."""
+        if isinstance(last, SplineStep):
+            step = ahead.peek()
+            return (step,) if isinstance(step, MotionStep) and not why_apart(last, step) else ()
         if tolerance_of(last) is None or last.pace.round_m is not None:
             return ()
         moves = [last, *ahead.moves_beyond(_BEYOND)]

@@ -44,7 +44,7 @@ class PlanRequest(_Steps):
     tuning: Tuning = AS_FILED
     """What an operator has set."""
     beyond: tuple[MotionStep, ...] = ()
-    """What comes after the steps: lines within a tolerance are led towards it."""
+    """What comes after the steps: lines within a tolerance and splines are led towards it."""
     aimed: NDArray[np.float64] | None = None
     """The pose `(4, 4)` to which the step before led, where the robot may be beside it."""
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from robot_agent.kinematics import Model
+from robot_agent.model.description import ProfileKind
 from robot_agent.paths import Passing
 from robot_agent.trajectory.joints.joint_path import JointPath, Numbers, share_on_path
 from robot_agent.trajectory.joints.pieces import Pieces
@@ -147,7 +148,9 @@ def slowed(model: Model, path: JointPath, limits: Limits) -> Timed:
     share = np.abs(rows.affine.a) / np.minimum(rows.affine.above, rows.affine.below)
     ramp = [float((rate / each.max(axis=1)).min()) for each in (share, np.abs(rows.first_jerk))]
     tried = [shaped_profile(limits.shaping, way, top * share, *ramp) for share in _SHARES_OF_SPEED]
-    clocks = [_clock(path, bounds, each, column, _LOOKED_AT) for each in tried]
+    # a trapezoid's acceleration has no jerk of its own: faster than asked for it would exceed the filter's
+    least = 1.0 if limits.shaping.profile is ProfileKind.TRAPEZOIDAL else 0.0
+    clocks = [max(least, _clock(path, bounds, each, column, _LOOKED_AT)) for each in tried]
     chosen, k = min(zip(tried, clocks, strict=True), key=lambda each: each[0].duration_s * each[1])
     timed = _along(path, chosen, column)
     timed = Timed(timed.pieces.slower(1.0 / k), timed.times * k, timed.parameters)
@@ -192,7 +195,7 @@ def _along(path: JointPath, chosen: Profile, column: int | None) -> Timed:
         if (away <= exact).all():
             break
         t = np.sort(np.append(t, middle[away > np.minimum(exact, _WORTH_HALVING)]))
-    return Timed(pieces, t, s)
+    return Timed(pieces, pieces.knots, s)
 
 
 def _states(path: JointPath, way: Numbers, column: int | None) -> tuple[Numbers, Numbers]:

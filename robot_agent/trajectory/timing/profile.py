@@ -16,6 +16,8 @@ Numbers = NDArray[np.float64]
 
 _MOST_EVEN = 2400
 """Times at which a profile is looked at, a few seconds of it and more than enough for a slow one."""
+_LEAST_RAMP = 0.2
+"""Of a trapezoid, as a share of the filter's window: a shorter ramp is gone behind the filter, but less even."""
 
 
 class Profile(Protocol):
@@ -203,5 +205,6 @@ def _smaller(limit: Limit) -> float:
 def shaped_profile(shaping: Shaping, distance: float, speed: float, acceleration: Limit, jerk: float) -> Profile:
     """The profile that a robot file asks for, see `profile`; a trapezoid so that the jerk is kept after the filter."""
     if shaping.profile is ProfileKind.TRAPEZOIDAL:  # its acceleration may step from one limit to the other
-        acceleration = min(_smaller(acceleration), jerk * spread_s(shaping.filter_s) / 2.0)
+        steep = speed / (_LEAST_RAMP * shaping.filter_s)
+        acceleration = min(_smaller(acceleration), jerk * spread_s(shaping.filter_s) / 2.0, steep)
     return profile(shaping.profile, distance, speed, acceleration, jerk)

@@ -78,7 +78,7 @@ def _looked_at(model: Model, pieces: Pieces, which: Places, orders: int) -> list
     """Twist and derivatives, so many in all and `(17, 2, 3, k)` each, at places of pieces `which` `(k,)`."""
     h = np.diff(pieces.knots)[which]
     t = pieces.knots[which] + _PLACES[:, None] * h
-    twist = _twists(model.jacobian(pieces.position(t)), pieces.slopes(t)[0])
+    twist = _twists(model.jacobian(pieces.position(t)), pieces.slopes(t)[0][..., None])[:, 0]
     return [np.tensordot(rows, twist, 1) / h**order for order, rows in enumerate(_DERIVATIVES[:orders])]
 
 
@@ -92,13 +92,15 @@ def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds, speeds:
     looked_at = held | speeds.hold
     if not looked_at.any():
         return held, looked_at
-    h, (q, rates, third) = np.diff(pieces.knots), (pieces.coefficients[:, power] for power in (0, 1, 3))
+    h, (q, c1, c2, c3) = np.diff(pieces.knots), (pieces.coefficients[:, power] for power in range(4))
     near = np.flatnonzero(np.convolve(looked_at, np.ones(4))[1:-2])  # knots of these pieces and of those beside them
     jacobian = np.zeros((len(q) + 1, 6, q.shape[1]))
     jacobian[near] = model.jacobian(q[near])
     jacobian[-1] = jacobian[-2]
-    twist = _twists(jacobian, np.append(rates, np.zeros_like(rates[:1]), axis=0))
-    after, before = _twists(jacobian[:-1], 6.0 * third), _twists(jacobian[1:], 6.0 * third)
+    rates = np.stack([c1, 2.0 * c2, 6.0 * c3], axis=-1)
+    begin, end = _twists(jacobian[:-1], rates), _twists(jacobian[1:], rates)
+    twist = np.append(begin[0], np.zeros((2, 3, 1)), axis=-1)
+    after, before = begin[2], end[2]
     slope, width = np.diff(twist) / h, h[1:] + h[:-1]
     change = (h[:-1] * slope[..., 1:] + h[1:] * slope[..., :-1]) / width
     rest = (2.0 * np.diff(slope) - h[1:] * after[..., 1:] - h[:-1] * before[..., :-1]) / width
@@ -108,24 +110,29 @@ def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds, speeds:
     speed = np.sqrt((twist[0] ** 2).sum(axis=0))
     enough = np.where(np.minimum(speed[:-1], speed[1:]) < _SLOW_M_S, _CLOSE_SLOW, _CLOSE)
     near_limit = held & (np.maximum(first, last).max(axis=0) > enough)
-    return near_limit, looked_at & (_fastest(jacobian, pieces) > _KEPT * speeds.least).any(axis=0)
+    return near_limit, looked_at & (_fastest(begin, end, h) > _KEPT * speeds.least).any(axis=0)
 
 
-def _fastest(jacobian: Numbers, pieces: Pieces) -> Numbers:
-    """Speed and angular speed `(2, pieces)` at most in each cubic piece, nearly, by the Jacobians at all knots."""
-    h, (c1, c2, c3) = np.diff(pieces.knots)[:, None], (pieces.coefficients[:, power] for power in (1, 2, 3))
-    rise = np.diff(jacobian, axis=0)
-    most = np.zeros((2, len(h)))
+def _fastest(begin: Numbers, end: Numbers, h: Numbers) -> Numbers:
+    """Speed and angular speed `(2, pieces)` at most in each cubic piece of `h` `(pieces,)` [s], nearly.
+
+    `begin` and `end` `(3, 2, 3, pieces)` are what the Jacobians at its two knots make of the joints' derivatives at its
+    beginning; between the knots they change evenly.
+    """
+    change = end - begin
+    speeding, rest = h * h / 2.0, h * change[1]
+    powers = begin[0], h * begin[1] + change[0], speeding * begin[2] + rest, speeding * change[2]
+    square = np.zeros((2, len(h)))
     for x in _PLACES:
-        twist = _twists(jacobian[:-1] + x * rise, c1 + x * h * (2.0 * c2 + 3.0 * x * h * c3))
-        most = np.maximum(most, np.sqrt((twist**2).sum(axis=-2)))
-    return most
+        twist = powers[0] + x * (powers[1] + x * (powers[2] + x * powers[3]))
+        square = np.maximum(square, (twist**2).sum(axis=-2))
+    return np.sqrt(square)
 
 
 def _twists(jacobian: Numbers, rates: Numbers) -> Numbers:
-    """`(..., k, 6, n)` times `(..., k, n)` as `(..., 2, 3, k)`: arithmetic on many short vectors takes longer."""
-    moved = np.swapaxes((jacobian @ rates[..., None])[..., 0], -1, -2)
-    return np.ascontiguousarray(moved).reshape(*moved.shape[:-2], 2, 3, -1)
+    """`(..., k, 6, n)` times `(..., k, n, m)` as `(..., m, 2, 3, k)`: arithmetic on many short vectors takes longer."""
+    moved = np.ascontiguousarray(np.swapaxes(jacobian @ rates, -1, -3))
+    return moved.reshape(*moved.shape[:-2], 2, 3, -1)
 
 
 def _shares(twist: Numbers, change: Numbers, jerk: Numbers, limits: PathSpeeds) -> Numbers:

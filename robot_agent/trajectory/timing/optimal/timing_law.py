@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ class Fitted:
     interval: NDArray[np.intp]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class TimingLaw:
     """s(t): `initial` and the coefficients `(intervals + 2,)` of the squared rate y."""
 
@@ -44,24 +45,22 @@ class TimingLaw:
 
     @property
     def duration_s(self) -> float:
-        return float(self._clock()[-1])
+        return float(self._clock[-1])
 
     @property
     def compared_s(self) -> float:
         """The duration where each interval that lasts as long as it shall counts `initial.h`."""
-        return float(self._paced(self._clock())[0][-1])
+        return float(self._paced[0][-1])
 
     def resampled(self, h: float, most: int, start: Numbers | None = None) -> InitialLaw:
         """The same motion as an initial law with intervals of about `h` [s], or longer as in its own, at most `most`.
 
         It begins at rest, or with the value and two derivatives `start` `(3,)`.
         """
-        clock = self._clock()
-        compared_s = float(self._paced(clock)[0][-1])
-        count = int(np.clip(math.ceil(compared_s / h), 8, most))
-        h = compared_s / count
-        at = self._times(clock, count)
-        points = through(self._samples(clock, at)[0])
+        count = int(np.clip(math.ceil(self.compared_s / h), 8, most))
+        h = self.compared_s / count
+        at = self._times(count)
+        points = through(self._samples(at)[0])
         if start is not None:
             points[:3] = beginning(start, h)
         return InitialLaw.rising(points, h, h / np.diff(at))
@@ -71,11 +70,10 @@ class TimingLaw:
 
         The joints begin at rest, or with position, velocity and acceleration `start` `(3, n)`.
         """
-        clock = self._clock()
         count = max(8, math.ceil(_PIECES * self.initial.intervals))
         for _ in range(_HALVINGS):
-            at = self._times(clock, count)
-            s, interval = self._samples(clock, np.sort(np.append(at, (at[:-1] + at[1:]) / 2.0)))
+            at = self._times(count)
+            s, interval = self._samples(np.sort(np.append(at, (at[:-1] + at[1:]) / 2.0)))
             q = path.pieces.position(s)[:, : path.joints]
             pieces = over(at, q[::2], start)
             if np.abs(_halfway(pieces) - q[1::2]).max() < _EXACT:
@@ -83,6 +81,7 @@ class TimingLaw:
             count *= 2
         return Fitted(Timed(pieces, pieces.knots, s[::2]), interval[:-1:2])
 
+    @cached_property
     def _clock(self) -> Numbers:
         """Times `(parts + 1,)` [s] at which the parts of all intervals begin, and the end."""
         windows = np.lib.stride_tricks.sliding_window_view(self.squared, 3)
@@ -90,15 +89,16 @@ class TimingLaw:
         steps = (1.0 / np.sqrt(y)).reshape(-1, len(_GAUSS_W)) @ _GAUSS_W
         return np.append(0.0, np.cumsum(steps * self.initial.h / _PARTS))
 
-    def _paced(self, clock: Numbers) -> tuple[Numbers, Numbers]:
+    @cached_property
+    def _paced(self) -> tuple[Numbers, Numbers]:
         """The clock `(parts + 1,)` of a time that passes at the initial rates, and the rates at the same places."""
         k, rates = self.initial.intervals, self.initial.rates
         rate = np.interp(np.arange(k * _PARTS + 1) / _PARTS, np.arange(k) + 0.5, rates)
-        return np.append(0.0, np.cumsum(np.diff(clock) * (rate[1:] + rate[:-1]) / 2.0)), rate
+        return np.append(0.0, np.cumsum(np.diff(self._clock) * (rate[1:] + rate[:-1]) / 2.0)), rate
 
-    def _times(self, clock: Numbers, count: int) -> Numbers:
+    def _times(self, count: int) -> Numbers:
         """Times `(count + 1,)` from the beginning to the end, farther apart where its intervals are longer."""
-        paced, rate = self._paced(clock)
+        clock, (paced, rate) = self._clock, self._paced
         at = np.linspace(0.0, paced[-1], count + 1)
         part = np.clip(np.searchsorted(paced, at, side="right") - 1, 0, len(clock) - 2)
         after, steeper = at - paced[part], np.diff(rate)[part] / np.diff(clock)[part]
@@ -107,8 +107,9 @@ class TimingLaw:
         times[-1] = clock[-1]
         return np.asarray(times)
 
-    def _samples(self, clock: Numbers, at: Numbers) -> tuple[Numbers, NDArray[np.intp]]:
+    def _samples(self, at: Numbers) -> tuple[Numbers, NDArray[np.intp]]:
         """Parameters and intervals `(k,)` at times `(k,)` [s]."""
+        clock = self._clock
         part = np.clip(np.searchsorted(clock, at, side="right") - 1, 0, len(clock) - 2)
         after, step, width = at - clock[part], np.diff(clock)[part], self.initial.h / _PARTS
         windows = np.lib.stride_tricks.sliding_window_view(self.squared, 3)

@@ -71,6 +71,25 @@ def test_dry_run_shows_a_long_chain_as_it_runs() -> None:
     assert len(motions[1].motion.rests) == 3
 
 
+def test_spline_of_many_points_is_one_curve_however_many_of_them_are_planned_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    along = np.arange(1.0, 26.0)
+    places = np.stack([1000.0 + 20.0 * np.sin(1.7 * along), 60.0 * np.sin(0.9 * along), 1450.0 + 0.0 * along], axis=1)
+    points = "".join(f"MS X={x:.2f} Y={y:.2f} Z={z:.2f} F=200\n" for x, y, z in places)
+    arm = AgentWorld("END").planner
+    program = parse_program(f"{TO_START}{points}END", "spline.prog", Names(arm.model.joint_names))
+    monkeypatch.setattr(lookahead, "_AHEAD_S", 1.0)
+    found = []
+    for at_once, count in ((10, 1001), (100, 20_001)):
+        monkeypatch.setattr(lookahead, "_CHAIN", at_once)
+        motion = dry_run(arm, program, 60.0)[0][-1].motion
+        assert len(motion.rests) == 2
+        found.append(motion.pose(np.linspace(0.0, motion.duration_s, count))[:, :3, 3])
+    away = [np.linalg.norm(place - found[1], axis=1).min() for place in found[0]]
+    assert max(away) < 2.5e-4  # each point is blended, by 0.1 mm at most
+
+
 def test_robot_goes_back_to_the_beginning_of_what_is_kept_and_on_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lookahead, "_KEPT_S", 1.0)
     world = on_its_rounds()

@@ -8,14 +8,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from robot_agent.kinematics import load_model
 from robot_agent.model import PathSpeeds, ProfileKind, Shaping
 from robot_agent.paths import Arc, Block, JointMove, Line, Sequence
 from robot_agent.paths.curves import bezier
-from robot_agent.trajectory import Motion, plan
+from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.timing.profile import Quintic, Ramped, profile
 from tests.unit.random_moves import LIMITS, MODEL, START
-from tests.unit.repository import vectors
+from tests.unit.repository import ROOT, vectors
 
 VECTORS = vectors("profiles.json")
 DECADES = st.floats(-2.0, 2.0).map(lambda power: 10.0**power)
@@ -179,6 +180,22 @@ def test_trapezoid_behind_a_filter_keeps_the_jerk_and_ends_at_rest() -> None:
     assert used.max() <= 1.0 + 1e-9
     np.testing.assert_array_equal(motion.qd(motion.rests), 0.0)
     np.testing.assert_allclose(motion.q(motion.rests[1:2])[0], TARGET, atol=1e-9)
+
+
+@pytest.mark.parametrize(("name", "rotation_rad_s", "filter_s"), [("delta", 0.02, 0.04), ("six_axis", 0.05, 0.02)])
+def test_a_slow_move_with_a_trapezoid_lasts_as_long_as_its_cap_says(
+    name: str, rotation_rad_s: float, filter_s: float
+) -> None:
+    """A delta's axis reaches its speed in some 20 us, far less than a piece of the joints' curve takes."""
+    model = load_model(ROOT / "cell_configs" / "models" / f"{name}.yaml")
+    limits = replace(Limits.of(model.description), shaping=Shaping(ProfileKind.TRAPEZOIDAL, filter_s))
+    target = model.home + np.eye(model.n)[-1]
+    turn = JointMove(target, 1.0, 1, rotation_rad_s=rotation_rad_s)
+    motion = plan(model, Sequence([turn]), limits, start=model.home)
+    assert motion.duration_s == pytest.approx(1.0 / rotation_rad_s, rel=0.01)
+    speeds = np.abs(motion.qd(np.linspace(0.0, 0.3, 3001))[:, -1])
+    assert speeds.max() <= 1.0005 * rotation_rad_s
+    np.testing.assert_allclose(motion.q(motion.rests[-1:])[0], target, atol=1e-9)
 
 
 def test_trapezoid_without_a_filter_is_refused() -> None:

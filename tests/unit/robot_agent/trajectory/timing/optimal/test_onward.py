@@ -41,7 +41,7 @@ def planned(*blocks: Block, limits: Limits = LIMITS) -> Motion:
     return plan(ARM, Sequence(blocks), limits, start=START)
 
 
-def extended(motion: Motion, tau: float, *blocks: Line | Arc | JointMove, limits: Limits = LIMITS) -> Motion:
+def extended(motion: Motion, tau: float, *blocks: Block, limits: Limits = LIMITS) -> Motion:
     return plan(ARM, Sequence(blocks), limits, start=motion.state(tau))
 
 
@@ -112,6 +112,32 @@ def test_what_is_told_of_via_points_of_the_move_under_way_stays() -> None:
     assert max(each.deviation_rad for each in vias) > 0.01
     for told in (longer.transitions, spliced(motion, 0.3, longer).transitions):
         assert set(vias) <= set(told)
+
+
+@pytest.mark.parametrize("ahead", ["spline", "line", "arc", "joint move"])
+def test_spline_that_is_led_towards_what_comes_is_the_same_curve_as_in_one_plan(ahead: str) -> None:
+    point, corner, end = (beside(*place)[None] for place in ((0.05, 0.1), (0.0, 0.2), (0.1, 0.25)))
+    following: dict[str, Block] = {
+        "spline": Spline(end, 3, 0.2),
+        "line": Line(end[0], 0.2, 3),
+        "arc": Arc(beside(0.05, 0.2), end[0], 3, speed_m_s=0.2),
+        "joint move": JointMove(START + np.array([0.4, 0.1, 0.0, 0.1, 0.0, 0.0]), 0.2, 3),
+    }
+    blocks = Spline(point, 1, 0.2), Spline(corner, 2, 0.2), following[ahead]
+    whole = planned(*blocks)
+    begun = plan(ARM, Sequence(blocks[:2], beyond=blocks[2:]), LIMITS, start=START)
+    longer = spliced(begun, 0.5, extended(begun, 0.5, blocks[2]))
+    assert len(longer.rests) == len(whole.rests) == 2
+    known, found = (each.pose(np.linspace(0.0, each.duration_s, 10_001))[:, :3, 3] for each in (whole, longer))
+    away = np.linalg.norm(found[::100, None] - known, axis=2).min(axis=1)
+    assert away.max() < 2.5e-4  # the border is blended once here and once there, by 0.1 mm at most
+
+
+def test_spline_does_not_mind_what_comes_where_that_cannot_be_planned() -> None:
+    bend = Spline(beside(0.05, 0.1)[None], 1, 0.2)
+    nowhere = Arc(beside(0.05, 0.2), beside(0.05, 0.3), 2)  # three points on one line
+    led = plan(ARM, Sequence([bend], beyond=[nowhere]), LIMITS, start=START)
+    np.testing.assert_array_equal(led.pieces.coefficients, planned(bend).pieces.coefficients)
 
 
 def test_splices_are_the_old_motion_up_to_them_and_the_new_one_behind() -> None:
