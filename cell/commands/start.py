@@ -4,7 +4,7 @@ import importlib
 import os
 import signal
 
-_ZENOH_THREADS = "(rx: (handover: app), acc: (handover: app), net: (handover: app), app: (worker_threads: 1))"
+ZENOH_THREADS = "(rx: (handover: app), acc: (handover: app), net: (handover: app), app: (worker_threads: 1))"
 
 
 def start(module: str) -> None:
@@ -19,7 +19,7 @@ def start(module: str) -> None:
     ends any program that holds nothing.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    os.environ.setdefault("ZENOH_RUNTIME", _ZENOH_THREADS)
+    os.environ.setdefault("ZENOH_RUNTIME", ZENOH_THREADS)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     importlib.import_module(module).main()

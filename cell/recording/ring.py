@@ -29,7 +29,7 @@ class Ring:
         self._new: list[Told] = []
         self._new_bytes = 0
         self._packed: deque[tuple[float, bytes]] = deque()
-        """When each was packed, and what is in it."""
+        """When each was packed, and what is in it, by keys."""
         self._bytes = 0
         self._before: dict[str, Told] = {}
         self.lost = 0
@@ -53,7 +53,8 @@ class Ring:
             new, self._new = _parted(self._new, until)
             self._new_bytes = sum(len(payload) for _, _, payload in self._new)
         if new:
-            packed = zlib.compress(pickle.dumps(new), 1)
+            # Messages on one key are alike: next to each other they take half of the room and of the time.
+            packed = zlib.compress(pickle.dumps(sorted(new, key=itemgetter(1))), 1)
             self._packed.append((until, packed))
             self._bytes += len(packed)
         while self._packed and (self._bytes > self._most_bytes or until - self._packed[0][0] > self._keep_s):
@@ -84,4 +85,4 @@ def _parted(told: list[Told], until: float) -> tuple[list[Told], list[Told]]:
 
 def _unpacked(packed: bytes) -> list[Told]:
     told: list[Told] = pickle.loads(zlib.decompress(packed))
-    return told
+    return sorted(told, key=itemgetter(0))
