@@ -3,6 +3,7 @@
 `python -m bench.bare ROLE PORT` is one of them; the sizes are those of messages of `cell_configs/two_arms`.
 """
 
+import os
 import signal
 import socket
 import subprocess
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 import can
 import zenoh
 
+from cell.commands.start import ZENOH_THREADS
 from cell.core import Effect
 from cell.net.options import Link, ZenohOptions, zenoh_config
 from cell.net.runner import run_core
@@ -108,9 +110,9 @@ def bare_cell() -> Iterator[list[int]]:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
     with ExitStack() as stack:
-        processes = []
+        processes, environment = [], {"ZENOH_RUNTIME": ZENOH_THREADS, **os.environ}
         for role in roles():
-            process = subprocess.Popen([sys.executable, "-m", "bench.bare", role, port])
+            process = subprocess.Popen([sys.executable, "-m", "bench.bare", role, port], env=environment)
             stack.callback(process.wait)
             stack.callback(process.terminate)
             processes.append(process.pid)

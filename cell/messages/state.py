@@ -29,6 +29,8 @@ class State:
     key: str
     """Below `cell/<cell>/`, with the message's fields in braces: `robot/{robot}/state`."""
     urgency: Urgency
+    fields: tuple[str, ...]
+    """Those in its key."""
     pattern: re.Pattern[str]
     """Of the keys that belong to it."""
 
@@ -39,7 +41,7 @@ class State:
         return _FIELD.sub("*", key)
 
     def key_of(self, message: object) -> str:
-        return _FIELD.sub(lambda field: str(getattr(message, field[1])), self.key)
+        return self.key.format(**{field: getattr(message, field) for field in self.fields})
 
 
 STATES: dict[type, State] = {}
@@ -52,7 +54,7 @@ def state(key: str, urgency: Urgency = Urgency.NORMAL, most_chunks: int = 1) -> 
     pattern = "".join(chunks if i % 2 else re.escape(part) for i, part in enumerate(_FIELD.split(key)))
 
     def register(kind: type[T]) -> type[T]:
-        STATES[kind] = State(key, urgency, re.compile(pattern))
+        STATES[kind] = State(key, urgency, tuple(_FIELD.findall(key)), re.compile(pattern))
         return kind
 
     return register

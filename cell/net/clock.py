@@ -11,6 +11,30 @@ DRIFT = 1e-3
 """Two clocks come apart by no more than this [s/s]: NTP changes the rate of a clock by up to 500 ppm."""
 
 
+class _Largest:
+    """The largest of the numbers of the last two seconds. What a later one exceeds is forgotten, so each costs once."""
+
+    def __init__(self) -> None:
+        self._kept: deque[tuple[float, float]] = deque()
+        """Moments [s] and numbers, each number less than the one before."""
+
+    def add(self, at: float, number: float) -> None:
+        kept = self._kept
+        while kept and kept[-1][1] <= number:
+            kept.pop()
+        kept.append((at, number))
+        while at - kept[0][0] > _WINDOW_S:
+            kept.popleft()
+
+    def forget(self) -> None:
+        self._kept.clear()
+
+    @property
+    def number(self) -> float:
+        """Minus infinity of none."""
+        return self._kept[0][1] if self._kept else -inf
+
+
 class OtherClock:
     """How far another process' clock is ahead of the own one, by its least delayed message of the last two seconds.
 
@@ -22,14 +46,14 @@ class OtherClock:
 
     def __init__(self) -> None:
         self._boots = NewestOf()
-        self._ahead: deque[tuple[float, float]] = deque()
-        """Arrival [s], and how far the other clock is ahead at least."""
-        self._surest = (0.0, 0.0)
-        """Of these, the one by which the other clock is ahead most while both come apart."""
+        self._ahead = _Largest()
+        """How far the other clock is ahead at least, by moment of arrival."""
+        self._surest = _Largest()
+        """The same at the own time 0, while both come apart."""
+        self._at_most = _Largest()
+        """Minus how far it is ahead at most at the own time 0, while both come apart, by moment of sending."""
         self.ahead_s: float | None = None
         """None before the first message."""
-        self._at_most: deque[tuple[float, float]] = deque()
-        """When an answered message was sent [s], and how far the other clock is ahead at most."""
 
     @property
     def boot(self) -> str | None:
@@ -45,17 +69,15 @@ class OtherClock:
         if not self._boots.accept(boot, era, sequence):
             return
         if boot != before:
-            self._ahead.clear()
-            self._at_most.clear()
-        self._ahead.append((at, reading - at))
-        while at - self._ahead[0][0] > _WINDOW_S:
-            self._ahead.popleft()
-        self.ahead_s = max(ahead for _, ahead in self._ahead)
-        self._surest = max(self._ahead, key=lambda known: known[1] + DRIFT * known[0])
+            for known in (self._ahead, self._surest, self._at_most):
+                known.forget()
+        ahead_s = reading - at
+        self._ahead.add(at, ahead_s)
+        self.ahead_s = self._ahead.number
+        self._surest.add(at, ahead_s + DRIFT * at)
         if round_s < inf:
-            self._at_most.append((at - round_s, reading - at + round_s))
-            while at - round_s - self._at_most[0][0] > _WINDOW_S:
-                self._at_most.popleft()
+            sent = at - round_s
+            self._at_most.add(sent, DRIFT * sent - (reading - sent))
 
     def error_s(self, now: float) -> float:
         """How far `ahead_s` is from the truth at `now` [s] at most, while no two clocks come apart faster than `DRIFT`.
@@ -65,9 +87,8 @@ class OtherClock:
         ahead_s = self.ahead_s
         if ahead_s is None:
             return inf
-        at, ahead = self._surest
-        least = ahead - DRIFT * (now - at)
-        most = min((ahead + DRIFT * (now - sent) for sent, ahead in self._at_most), default=inf)
+        least = self._surest.number - DRIFT * now
+        most = DRIFT * now - self._at_most.number
         return max(most - ahead_s, ahead_s - least)
 
 

@@ -25,9 +25,9 @@ class Inbox:
         """Payloads that found the queue full."""
         return self._dropped
 
-    def store(self, key: str, payload: bytes) -> None:
-        """Called by Zenoh's thread."""
-        at = self._now()
+    def store(self, key: str, payload: bytes, age_s: float = 0.0) -> None:
+        """Called by Zenoh's thread. `age_s`: what came in a bundle was sent before."""
+        at = self._now() - age_s
         with self._lock:
             if len(self._waiting) < self._size:
                 self._waiting.append((lambda: self._decoder.decode(key, payload), at))

@@ -47,6 +47,10 @@ class Keys:
             return None
         return self._kinds(key[len(self.prefix) :])
 
+    def bundle(self, role: str, name: str) -> str:
+        """The key on which a process tells its large streams in bundles; both may be `*`."""
+        return f"{self.prefix}bundle/{role}/{name}"
+
     def alive(self, role: str, name: str, boot: str) -> str:
         """The key of a process' liveliness token."""
         return f"{self.prefix}alive/{role}/{name}/{boot}"

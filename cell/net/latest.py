@@ -41,12 +41,16 @@ class Decoder:
                 if self._keys.of(message) == key:
                     return message
                 reason = f"the message names another sender, it belongs on {self._keys.of(message)}"
+        self.refuse(key, reason)
+        return None
+
+    def refuse(self, key: str, reason: str) -> None:
+        """What came on this key is no message."""
         if key not in self.failures and len(self.failures) >= MOST_KEYS:
-            return None
+            return
         self.failures[key] = self.failures.get(key, 0) + 1
         if self.failures[key] == 1:
             self._report(f"{key}: ignored, {reason}")
-        return None
 
 
 class Latest:

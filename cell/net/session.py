@@ -11,6 +11,7 @@ from zenoh.handlers import Callback
 
 from cell.core import Ask, AskDone
 from cell.messages import STATES, Call, Command, Heard, Reply, Urgency
+from cell.net.bundle import BUNDLED, Bundler, unbundled
 from cell.net.calls import Calls
 from cell.net.codec import decode, encode, encode_call
 from cell.net.endpoint import who_answers
@@ -74,6 +75,7 @@ class CellSession:
         self._publishers: dict[str, zenoh.Publisher] = {}
         self._last: dict[str, bytes] = {}
         """The newest payload on each key."""
+        self._bundler: Bundler | None = None
         self._subscribers: list[zenoh.Subscriber[Any]] = []
         self._queryables: list[zenoh.Queryable[Any]] = []
         self._calls: list[Calls] = []
@@ -104,7 +106,10 @@ class CellSession:
         if session is None:
             return
         publishers, self._publishers = self._publishers, {}
+        bundler, self._bundler = self._bundler, None
         try:
+            if bundler is not None:
+                bundler.flush()
             for subscriber in self._subscribers:
                 subscriber.undeclare()  # type: ignore[no-untyped-call]
             for calls in self._calls:
@@ -150,6 +155,18 @@ class CellSession:
             )
         payload = self._last[key] = encode(message)
         publisher.put(payload)
+        if isinstance(message, BUNDLED):
+            self._bundle(key, payload)
+
+    def _bundle(self, key: str, payload: bytes) -> None:
+        """See `cell.net.bundle`."""
+        if self._bundler is None:
+            mine = self.keys.bundle(self.role, self.name)
+            publisher = self._publishers[mine] = self._open.declare_publisher(
+                mine, congestion_control=zenoh.CongestionControl.DROP, priority=zenoh.Priority.DATA_LOW
+            )
+            self._bundler = Bundler(publisher.put, lambda: publisher.matching_status.matching)  # type: ignore[attr-defined]
+        self._bundler.add(key.removeprefix(self.keys.prefix), payload)
 
     def tell_last(self, key_pattern: str) -> None:
         """Answer queries on matching keys with what was published there last; see `last`."""
@@ -210,6 +227,20 @@ class CellSession:
         self._subscribers.append(
             self._open.declare_subscriber(key, Callback(heard, indirect=False), allowed_origin=zenoh.Locality.REMOTE)
         )
+
+    def hear_bundles(self, store: Callable[[str, bytes, float], None]) -> None:
+        """Hand every payload of the large streams to `store`, with its key and its age [s], on Zenoh's thread."""
+
+        def heard(key: str, data: bytes) -> None:
+            try:
+                messages = unbundled(data)
+            except CodecError as error:
+                self.decoder.refuse(key, str(error))
+                return
+            for below, payload, age_s in messages:
+                store(self.keys.prefix + below, payload, age_s)
+
+        self.hear(self.keys.bundle("*", "*"), heard)
 
     # Calls
 

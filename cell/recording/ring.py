@@ -2,12 +2,14 @@
 
 import pickle
 import zlib
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator
+from operator import itemgetter
 from threading import Lock
 
 Told = tuple[float, str, bytes]
-"""When a payload arrived [s], its key, and what it was."""
+"""When a payload was said [s], its key, and what it was."""
 MOST_KEYS = 1000
 """Whose newest payload from before the ring is kept: as many as a cell may have."""
 BEFORE_S = 10.0
@@ -27,14 +29,14 @@ class Ring:
         self._new: list[Told] = []
         self._new_bytes = 0
         self._packed: deque[tuple[float, bytes]] = deque()
-        """When each was packed, and what is in it."""
+        """When each was packed, and what is in it, by keys."""
         self._bytes = 0
         self._before: dict[str, Told] = {}
         self.lost = 0
         """Payloads that found no room, because more came within a second than the ring may hold."""
 
     def store(self, at: float, key: str, payload: bytes) -> None:
-        """Take a payload; cheap, for the thread on which it arrives."""
+        """Take a payload that was said at `at`; cheap, for the thread on which it arrives."""
         with self._lock:
             if self._new_bytes + len(payload) > self._most_bytes:
                 self.lost += 1
@@ -42,15 +44,20 @@ class Ring:
             self._new.append((at, key, payload))
             self._new_bytes += len(payload)
 
-    def pack(self, now: float) -> None:
-        """Pack what came since the last call, let go what is too old or too much. For one thread, each second."""
+    def pack(self, until: float) -> None:
+        """Pack what was said up to `until`, in the order of its times, and let go what is too old or too much.
+
+        For one thread, each second.
+        """
         with self._lock:
-            new, self._new, self._new_bytes = self._new, [], 0
+            new, self._new = _parted(self._new, until)
+            self._new_bytes = sum(len(payload) for _, _, payload in self._new)
         if new:
-            packed = zlib.compress(pickle.dumps(new), 1)
-            self._packed.append((now, packed))
+            # Messages on one key are alike: next to each other they take half of the room and of the time.
+            packed = zlib.compress(pickle.dumps(sorted(new, key=itemgetter(1))), 1)
+            self._packed.append((until, packed))
             self._bytes += len(packed)
-        while self._packed and (self._bytes > self._most_bytes or now - self._packed[0][0] > self._keep_s):
+        while self._packed and (self._bytes > self._most_bytes or until - self._packed[0][0] > self._keep_s):
             _, oldest = self._packed.popleft()
             self._bytes -= len(oldest)
             for told in _unpacked(oldest):
@@ -69,6 +76,13 @@ class Ring:
             yield from _unpacked(packed)
 
 
+def _parted(told: list[Told], until: float) -> tuple[list[Told], list[Told]]:
+    """What was said up to `until`, in order, and the rest."""
+    ordered = sorted(told, key=itemgetter(0))
+    count = bisect_right(ordered, until, key=itemgetter(0))
+    return ordered[:count], ordered[count:]
+
+
 def _unpacked(packed: bytes) -> list[Told]:
     told: list[Told] = pickle.loads(zlib.decompress(packed))
-    return told
+    return sorted(told, key=itemgetter(0))

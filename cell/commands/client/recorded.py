@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 from cell.config import ConfigError
 from cell.config.settings import CellSettings
-from cell.messages import STATES, DriveFeedback, PlannedWay, Presence, SetpointBlock
+from cell.messages import STATES
+from cell.net.bundle import BUNDLED, EVERY_S
 from cell.net.session import CellSession
 from robot_agent.model import load_description
 
@@ -13,19 +14,20 @@ if TYPE_CHECKING:
     from cell.recording.cell_files import RecordedCell
 
 
-_BULK = (DriveFeedback, PlannedWay, Presence, SetpointBlock)
-"""Nearly all bytes that a cell says."""
+SETTLE_S = EVERY_S + 0.1
+"""What was said so long ago has been heard, if it ever is: bundles come after what was said meanwhile."""
 
 
-def hear_all(session: CellSession, bulk: CellSession, store: Callable[[str, bytes], None]) -> None:
-    """Hand every payload of the cell to `store`, with its key.
+def hear_all(session: CellSession, bulk: CellSession, store: Callable[[str, bytes, float], None]) -> None:
+    """Hand every payload of the cell to `store`, with its key and its age [s], not in the order of their ages.
 
-    The large streams come through a session of their own: on a busy computer they fill their link, and what does not
-    fit is dropped; events and states must not be among it.
+    The large streams come in bundles, and through a session of their own: on a busy computer they fill their link, and
+    what does not fit is dropped; events and states must not be among it.
     """
-    for link, kinds in ((bulk, _BULK), (session, [kind for kind in STATES if kind not in _BULK])):
-        for kind in kinds:
-            link.hear(link.keys.prefix + STATES[kind].everybodys, store)
+    for kind in STATES:
+        if kind not in BUNDLED:
+            session.hear(session.keys.prefix + STATES[kind].everybodys, lambda key, payload: store(key, payload, 0.0))
+    bulk.hear_bundles(store)
 
 
 def recorded(settings: CellSettings) -> "RecordedCell":

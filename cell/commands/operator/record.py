@@ -3,6 +3,7 @@
 import sys
 import threading
 import time
+from bisect import bisect_right
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +11,7 @@ import typer
 
 from cell.commands.client.cell_files import running_cell
 from cell.commands.client.connection import reached
-from cell.commands.client.recorded import hear_all, recorded
+from cell.commands.client.recorded import SETTLE_S, hear_all, recorded
 from cell.commands.errors import CommandError, not_installed, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption
 from cell.commands.processes.stop import stop_event
@@ -104,12 +105,16 @@ def _record(
     until: float | None,
 ) -> None:
     wall = time.time() - time.monotonic()
-    arrived, newest, silent = first, time.monotonic(), False
+    waiting, newest, silent = first, time.monotonic(), False
     flush_due = newest
     while True:
-        for each in arrived:
+        ends = stop.is_set() or (until is not None and time.monotonic() >= until)
+        waiting.sort(key=lambda arrived: arrived.at)
+        settled = len(waiting) if ends else bisect_right(waiting, time.monotonic() - SETTLE_S, key=lambda one: one.at)
+        for each in waiting[:settled]:
             recording.add(each.message, wall + each.at)
             newest = max(newest, each.at)
+        del waiting[:settled]
         now = time.monotonic()
         if now >= flush_due:
             recording.flush()
@@ -118,10 +123,10 @@ def _record(
             silent = not silent
             cell = f"cell {recording.cell.settings.name}"
             _say(f"{cell} is silent; waiting for it, Ctrl-C ends the recording" if silent else f"{cell} is heard again")
-        if stop.is_set() or (until is not None and now >= until):
+        if ends:
             return
         stop.wait(TAKE_S)
-        arrived = _states(heard)
+        waiting += _states(heard)
 
 
 def _tell_files(settings: CellSettings, recording: "Recording", first: list[Arrived]) -> None:

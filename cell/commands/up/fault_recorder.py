@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from cell.commands.client.recorded import hear_all, recorded
+from cell.commands.client.recorded import SETTLE_S, hear_all, recorded
 from cell.config.settings import CellSettings
 from cell.messages import STATES, Event, Severity
 from cell.net.latest import Decoder
@@ -58,7 +58,7 @@ class FaultRecorder:
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._events = session.queue("event/**")
-        hear_all(session, bulk, lambda key, payload: self._ring.store(time.time(), key, payload))
+        hear_all(session, bulk, lambda key, payload, age_s: self._ring.store(time.time() - age_s, key, payload))
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -77,7 +77,7 @@ class FaultRecorder:
         alarm, due, ending = None, 0.0, False
         while not ending:
             ending = self._end.wait(PACK_S)
-            self._ring.pack(time.time())
+            self._ring.pack(time.time() - (0.0 if ending else SETTLE_S))
             for event in self._events.take():
                 if alarm is None and isinstance(event, Event) and event.severity is Severity.ALARM:
                     alarm, due = event, time.monotonic() + AFTER_S

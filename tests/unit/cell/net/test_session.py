@@ -144,6 +144,24 @@ def test_everybody_hears_whom_the_design_says_and_the_direct_link_outlives_the_m
         hears(everything, Presence, lambda: agent.publish(presence("left")))
 
 
+def test_a_client_of_the_manager_hears_the_large_streams_in_bundles(cell: Cell) -> None:
+    with cell.manager():
+        view, gateway, agent = cell.view(), cell.gateway(), cell.agent()
+        heard: list[tuple[str, bytes, float]] = []
+        view.hear_bundles(lambda *message: heard.append(message))
+        numbers = iter(range(1, 10_000))
+
+        def publish() -> None:
+            number = next(numbers)
+            gateway.publish(feedback("left", number))
+            agent.publish(presence("left", number))
+
+        keys = {view.keys.of(feedback("left")), view.keys.of(presence("left"))}
+        wait_for(lambda: {key for key, _, _ in heard} == keys, publish)
+    assert all(isinstance(view.decoder.decode(key, payload), DriveFeedback | Presence) for key, payload, _ in heard)
+    assert all(0.0 <= age_s < DEADLINE_S for _, _, age_s in heard)
+
+
 def test_a_client_of_the_manager_reaches_agents_and_gateways_with_calls(cell: Cell) -> None:
     with ExitStack() as stack:
         manager = stack.enter_context(cell.manager())

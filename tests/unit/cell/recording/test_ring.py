@@ -39,3 +39,13 @@ def test_a_burst_takes_no_more_memory_than_allowed() -> None:
     assert ring.lost == 90
     ring.pack(0.0)
     assert len(payloads(ring)) == 10
+
+
+def test_what_comes_late_is_told_in_the_order_in_which_it_was_said() -> None:
+    ring = Ring(60.0, 10**6)
+    for at in (0.0, 2.0, 1.0, 3.0, 2.5):
+        ring.store(at, "a", str(at).encode())
+    ring.pack(2.0)
+    assert payloads(ring) == [("a", b"0.0"), ("a", b"1.0"), ("a", b"2.0")]
+    ring.pack(3.0)
+    assert payloads(ring)[3:] == [("a", b"2.5"), ("a", b"3.0")]

@@ -37,6 +37,9 @@ class Session:
     def hear(self, key: str, store: Callable[[str, bytes], None]) -> None:
         self._stores.append((key, store))
 
+    def hear_bundles(self, _: object) -> None:
+        """Nothing comes in bundles here."""
+
     def say(self, event: Event) -> None:
         key = self.keys.of(event)
         for pattern, store in self._stores:
