@@ -447,7 +447,7 @@ def _boxes(sections: Sections) -> tuple[Floats, Floats]:
 
 
 class SaysForWhom(Invariant):
-    """A robot that waits for cleared space says for which robot, or why nobody clears any."""
+    """A robot that waits for cleared space says for which robot, or why nobody clears any; never for itself."""
 
     name = "says for whom it waits"
     _WITHIN_S = 1.5
@@ -466,6 +466,8 @@ class SaysForWhom(Invariant):
     def _answered(self, _: str, clearance: Clearance) -> None:
         if clearance.refused is not None:
             self._refused[clearance.robot][clearance.refused.text] = self.facts.now
+            if clearance.refused.by == clearance.robot:
+                self.broken(clearance.robot, f"it is refused room for itself: {clearance.refused.text}")
 
     def _state(self, _: str, state: RobotState) -> None:
         robot, facts, said = state.robot, self.facts, state.waiting_for
