@@ -18,6 +18,8 @@ from robot_agent.workspace import FOLLOWING_M, MotionSections, Sweep, of_points,
 _NEAR_S = 2e-9
 """A place so near to the border of two sections is in both."""
 _UNANSWERED = "cleared space"
+_ROUNDING_M = 1e-4
+"""Radii are rounded up with where their capsules are."""
 _HEADWAY_S = 0.2
 """In front of the end of what is owned, where another robot is in the way."""
 
@@ -171,21 +173,28 @@ class SharedSpace:
     def beside_blocks(self, body: Body, standing: Sections) -> Sections:
         """The sections of a robot that no blocks lead: those that it owns, as long as it is measured in there.
 
-        `standing` is where it stands, with room around; of one that moves, empty.
+        `standing` is where it stands, with room around; of one that moves, empty. One that stands keeps nothing that it
+        had by force on its way there, such as all in which its drives could have braked: it is known where that ended.
         """
         if not self.kept_apart or not body.known:
             return Sections()
         grown = body.radii_m + body.growth_m[:, None].astype(float)
-        inside, which = _covering(body.poses.astype(float), grown, self._mine_said)
+        mine = self._mine_said
+        if len(standing):
+            mine = mine[np.flatnonzero(self._cleared(mine) | _as_large(mine, standing))]
+        inside, which = _covering(body.poses.astype(float), grown, mine)
         if inside.all():
-            return self._mine_said[which]
+            return mine[which]
         return standing if len(standing) else self._beside(body)
+
+    def _cleared(self, mine: Sections) -> NDArray[np.bool_]:
+        """Which of the sections that the robot owns it does not have because it was measured there."""
+        return np.array([each not in self._measured for each in mine.ids.tolist()], dtype=bool)
 
     def _beside(self, body: Body) -> Sections:
         """Where a body is, and what the robot had before it was measured beside that."""
         mine = self._mine_said
-        had = np.array([each not in self._measured for each in mine.ids.tolist()], dtype=bool)
-        return _united(mine[np.flatnonzero(had)], sections_of(body))
+        return _united(mine[np.flatnonzero(self._cleared(mine))], sections_of(body))
 
     # What is said
 
@@ -256,6 +265,12 @@ def _united(some: Sections, more: Sections) -> Sections:
     known = set(some.ids.tolist())
     new = np.array([k for k, each in enumerate(more.ids.tolist()) if each not in known], dtype=np.intp)
     return some if not len(new) else some.joined(more[new])
+
+
+def _as_large(sections: Sections, as_one: Sections) -> NDArray[np.bool_]:
+    """Which of the sections have capsules as thick as those of one section."""
+    c = min(sections.radii.shape[1], as_one.radii.shape[1])
+    return (np.abs(sections.radii[:, :c] - as_one.radii[:1, :c]) < _ROUNDING_M).all(axis=1)
 
 
 def _covering(

@@ -56,8 +56,8 @@ def _some(rows: Floats) -> Floats:
 
 
 class KeptApart(Invariant):
-    """Two real bodies keep their margin. Where a drive that fails has brought them nearer, they do not approach each
-    other any more once it is in order, until they have parted."""
+    """Two real bodies keep their margin. Where a drive that fails has brought the room that they keep around them nearer
+    than that, they do not approach each other any more once it is in order, until they have parted."""
 
     name = "robots are kept apart"
 
@@ -65,7 +65,7 @@ class KeptApart(Invariant):
         super().__init__(facts)
         self._newest: dict[str, Sample] = {}
         self._brought: dict[Pair, float] = {}
-        """Robots that a drive has brought nearer than their margin, and how near [m]."""
+        """Robots that a drive has brought near each other, and how near [m]."""
 
     def look(self, sample: Sample) -> None:
         separation = self.facts.cell.separation
@@ -77,11 +77,11 @@ class KeptApart(Invariant):
                 continue
             pair, margin = frozenset((sample.robot, other)), separation.margin_of(sample.robot, other)
             away = self._away(sample, its)
-            if away >= margin - _TOLERANCE_M:
+            if away >= margin + 3 * _ROOM_M:
                 self._brought.pop(pair, None)
             elif any(self.facts.hindered(robot, sample.at) for robot in pair):
                 self._brought[pair] = min(away, self._brought.get(pair, away))
-            elif away < self._brought.get(pair, np.inf) - _ROOM_M:
+            elif away < min(margin - _TOLERANCE_M, self._brought.get(pair, np.inf) - _ROOM_M):
                 what = f"they are {1000 * away:.1f} mm apart, {1000 * margin:g} mm are kept"
                 self.broken(f"{sample.robot} and {other}", what, sample.at)
 

@@ -22,7 +22,7 @@ from cell.messages import (
     SetPart,
 )
 from robot_agent.kinematics import Model, load_model
-from robot_agent.workspace import FOLLOWING_M
+from robot_agent.workspace import FOLLOWING_M, ROOM_M
 from tests.unit.agent_runs import at_rest, until
 from tests.unit.agent_world import AgentWorld
 from tests.unit.repository import ROOT
@@ -158,6 +158,18 @@ def test_a_robot_without_torque_that_is_pushed_owns_where_it_is_and_not_all_its_
         world.step()
         owned.append(world.presences[-1].way.owned)
     assert max(owned) < 10
+
+
+def test_who_stands_beside_its_path_owns_where_it_stands_and_not_all_in_which_it_could_have_braked() -> None:
+    world = _running(FAST)
+    world.run(0.8)
+    world.quick_stop(np.full(world.commanded.shape, 0.15))
+    until(world, lambda: world.state.mode is Mode.FAULT)
+    world.run(0.3)
+    way = world.presences[-1].way
+    assert way.owned == 1
+    room = way.sections.radii[0, : len(world.planner.model.capsule_radii)] - world.planner.model.capsule_radii
+    assert room == pytest.approx(FOLLOWING_M + ROOM_M, abs=1e-4)
 
 
 def test_who_has_lost_its_drives_has_no_plan_any_more() -> None:
