@@ -56,8 +56,8 @@ def _some(rows: Floats) -> Floats:
 
 
 class KeptApart(Invariant):
-    """Two real bodies keep their margin. Where a drive that fails has brought the room that they keep around them nearer
-    than that, they do not approach each other any more once it is in order, until they have parted."""
+    """Two real bodies keep their margin. Where a drive that fails has brought them, with the room that they keep around
+    them, nearer than that, they do not approach each other any more once it is in order, until they have parted."""
 
     name = "robots are kept apart"
 
