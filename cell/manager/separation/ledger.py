@@ -81,6 +81,8 @@ class _Robot:
     newest_clearance: Clearance | None = None
     body: Body | None = None
     """Of its newest presence; one that is not known is anywhere within its reach."""
+    rests: bool = True
+    """By its newest presence nothing moves it."""
     known_under: int = 0
     """The newest claim under which it knew where it is: no clearance of an earlier one counts."""
     named: bool = False
@@ -144,7 +146,7 @@ class Ledger:
         pieces = way.pieces.tolist()
         ask = _Ask(presence.sequence, presence.owner, asked, way.plan, pieces[way.owned :])
         robot.ask = ask if robot.named and presence.body.known and len(asked) else None
-        robot.body = presence.body
+        robot.body, robot.rests = presence.body, presence.stop_time_s == 0.0
         anew = presence.body.known and presence.owner > robot.known_under
         if anew:
             # The gateway gave this claim at rest, and plays no block of an earlier owner.
@@ -278,10 +280,13 @@ class Ledger:
         return self._separation.first_in_reach(name, asked, other, robot.body.base, robot.body.reach_m, why)
 
     def _first_against(self, name: str, asked: Sections, other: str, reserved: Sections) -> TooNear:
-        """Robots that are too near already may part, and never come nearer."""
+        """Robots that are too near already may part, and never come nearer.
+
+        From one that moves nobody parts: what it has, to brake in for example, may be far more than where it comes to.
+        """
         found = self._separation.first_too_near(name, asked, other, reserved)
-        if found is None:
-            return None
+        if found is None or not self._robots[other].rests:
+            return found
         first, _ = found
         nearer = self._separation.first_nearer(name, asked[first:], other, reserved, self._robots[name].owned)
         return None if nearer is None else (first + nearer[0], nearer[1])

@@ -25,14 +25,16 @@ class Two:
         for robot, x in (("left", 0.0), ("right", 1.0)):
             self.says(robot, _section(ord(robot[0]), x), x)
 
-    def says(self, robot: str, sections: Sections, x: float, owned: int = 1, plan: int = 0) -> None:
-        """It stands at `x`, owns so many of these sections, and asks for the others; a plan begins there."""
+    def says(
+        self, robot: str, sections: Sections, x: float, owned: int = 1, plan: int = 0, stop_time_s: float = 0.0
+    ) -> None:
+        """It is at `x`, owns so many of these sections, and asks for the others; a plan begins there."""
         self._sequence += 1
         body = plain_body((0.1,), (((x, 0.0, 0.0, x, 0.0, 0.0),),), (0.0,), reach_m=0.5)
         pieces = np.zeros(len(sections) if plan else 0, np.uint32)
         way = Way(sections, owned, owned, ("hand",), plan=plan, pieces=pieces)
         heard = Heard("m", 1)
-        presence = Presence(robot, robot, 1, self._sequence, heard, "digest", body, 0.0, epoch=5, way=way)
+        presence = Presence(robot, robot, 1, self._sequence, heard, "digest", body, stop_time_s, epoch=5, way=way)
         self.told += self.separation.hear(presence)
 
     def answers(self, seconds: float = 0.02) -> dict[str, str]:
@@ -64,6 +66,19 @@ def test_a_robot_in_space_of_another_one_stops_all_once() -> None:
     assert cell.codes == ["space_breach"]
     assert cell.told[0].stops
     assert cell.told[0].text == "left is in space that is cleared for right"
+
+
+def test_nobody_parts_from_a_robot_that_moves() -> None:
+    cell = Two()
+    asks = _section(ord("r"), 1.0).joined(_section(40, 1.005))
+    cell.says("left", _section(10, 0.79), 0.79, stop_time_s=0.3)
+    cell.says("right", asks, 1.0)
+    assert cell.answers() == {
+        "right": "right's hand would come within 15.0 mm of where left's hand may be; 30 mm are kept"
+    }
+    cell.says("left", _section(10, 0.79), 0.79)
+    cell.says("right", asks, 1.0)
+    assert cell.answers() == {}
 
 
 def test_robots_that_are_refused_for_each_other_for_a_second_are_a_stand_off() -> None:
