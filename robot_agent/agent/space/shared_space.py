@@ -270,7 +270,7 @@ def _united(some: Sections, more: Sections) -> Sections:
 def _as_large(sections: Sections, as_one: Sections) -> NDArray[np.bool_]:
     """Which of the sections have capsules as thick as those of one section."""
     c = min(sections.radii.shape[1], as_one.radii.shape[1])
-    return (np.abs(sections.radii[:, :c] - as_one.radii[:1, :c]) < _ROUNDING_M).all(axis=1)
+    return np.asarray((np.abs(sections.radii[:, :c] - as_one.radii[:1, :c]) < _ROUNDING_M).all(axis=1))
 
 
 def _covering(
