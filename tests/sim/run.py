@@ -13,6 +13,7 @@ from tests.sim.cells import GeneratedCell, generated_cell, is_room
 from tests.sim.coverage import Coverage
 from tests.sim.faults import Item, Play, Stage, draw_plan
 from tests.sim.judge import Broken, Judge
+from tests.sim.judge.room import KeptApart
 from tests.sim.network import Weather
 from tests.sim.planning_cache import remember_plans
 from tests.sim.staff import Staff
@@ -129,9 +130,13 @@ def _heal(world: World, play: Play) -> None:
 
 
 def _stuck_together(judge: Judge) -> bool:
-    """Two robots in one zone, brought there by drives that failed: only set-up by somebody who looks parts them."""
+    """Two robots in one zone, or nearer than their margin: only set-up, or a jog by somebody who looks, parts them.
+
+    Drives that failed have brought them there, or the judge had said so.
+    """
     inside = [zone for robot in judge.facts.robots for zone in judge.facts.inside_now(robot)]
-    return len(inside) > len(set(inside))
+    too_near = any(isinstance(each, KeptApart) and each.too_near for each in judge.invariants)
+    return too_near or len(inside) > len(set(inside))
 
 
 def _unfinished(world: World, staff: Staff) -> tuple[str, str]:

@@ -4,6 +4,7 @@ No rule of the product is used: what was asked for, cleared and taken is known f
 measured between all capsules.
 """
 
+import itertools
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -84,6 +85,15 @@ class KeptApart(Invariant):
             elif away < min(margin - _TOLERANCE_M, self._brought.get(pair, np.inf) - _ROOM_M):
                 what = f"they are {1000 * away:.1f} mm apart, {1000 * margin:g} mm are kept"
                 self.broken(f"{sample.robot} and {other}", what, sample.at)
+
+    @property
+    def too_near(self) -> bool:
+        """Whether two robots are nearer than their margin at present."""
+        separation = self.facts.cell.separation
+        pairs = itertools.combinations(self._newest.values(), 2)
+        return separation is not None and any(
+            self._away(one, other) < separation.margin_of(one.robot, other.robot) for one, other in pairs
+        )
 
     def _away(self, one: Sample, other: Sample) -> float:
         """Between what moves of either and all of the other [m]."""
