@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from cell.geometry import capsule_distance
 from cell.messages import Command, Continue, Enable, Halt, Mode, ProgramState, Run, ZoneState, ZoneStatus
 from drive_gateway.sim.axis.servo import Servo
 from robot_agent.workspace import FOLLOWING_M
@@ -61,6 +62,13 @@ class Scene:
         assert self.world.seen.manager is not None
         return self.world.seen.manager.zones[name]
 
+    def apart_m(self, one: str, other: str) -> float:
+        """How far their bodies are apart, by the simulated drives."""
+        facts, models = self.facts, self.world.models
+        its, others = (facts.points(robot, facts.measured(robot)[None])[0] for robot in (one, other))
+        radii = models[one].capsule_radii[:, None], models[other].capsule_radii
+        return float(capsule_distance(its[:, None], radii[0], others, radii[1]).min())
+
     def servos(self, robot: str) -> list[tuple[Servo, float]]:
         """Of its axes, with their counts per [rad or m]."""
         nodes = self.world.buses[self.facts.gateway_of(robot)].nodes
@@ -77,6 +85,8 @@ class Scene:
         )
 
 
+_NEARER_M = 0.002
+"""A drive that settles moves its robot by less."""
 BESIDE = """MJ J1={turn:g} J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
 ML X=1720 Y={y:g} Z=1250 A=0 B=90 C=0 F=1000
 """
@@ -91,8 +101,13 @@ def pushed_too_near(folder: Path) -> None:
     scene.world.operate("robot/left", Halt())
     scene.staff.leave_alone("left", 5.0)
     Pushed(0.0, None, "anna", "right", -0.4).strike(Stage(scene.world, scene.facts, scene.staff, set()))
+    scene.until("left is halted", lambda: scene.mode("left") is Mode.HALTED)
+    scene.until("left goes on", lambda: scene.mode("left") is Mode.RUNNING)
+    apart_m = scene.apart_m("left", "right")
     scene.until("right is in left's way", lambda: scene.waits("left").startswith("left's link"))
     scene.world.clock.run_until(scene.world.clock.now + 2.0)
+    if scene.apart_m("left", "right") < apart_m - _NEARER_M:
+        raise Broken("robots that are too near only part", scene.world.clock.now - scene.facts.start, "left", "nearer")
     scene.order("right", Enable(), Mode.READY)
     scene.order("right", Run(), Mode.RUNNING)
     scene.done()
