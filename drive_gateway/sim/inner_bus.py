@@ -35,8 +35,6 @@ class InnerBus(VirtualBus):
         self._synced = False
         """A SYNC has brought the axes forward since the timers ran."""
         self._news = threading.Event()
-        self._waits = False
-        """A reader waits for `_news`; in the cycle none does."""
 
     @staticmethod
     def fits(settings: GatewaySettings, simulation: Simulation) -> bool:
@@ -47,34 +45,24 @@ class InnerBus(VirtualBus):
         self._to_drives(msg)
         if self._company:
             super().send(msg, timeout)
-        if self._waits:
-            self._news.set()
+        self._news.set()
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        message = self._next()
-        if message is not None or timeout == 0.0:
-            return message
         end = None if timeout is None else time.monotonic() + timeout
-        self._waits = True
-        try:
-            while True:
-                self._news.clear()
-                message, now = self._next(), time.monotonic()
-                if message is not None or (end is not None and now >= end):
-                    return message
-                self._news.wait(min(self._patience(now), STEP_S if end is None else end - now))
-        finally:
-            self._waits = False
-
-    def _next(self) -> can.Message | None:
-        """What has come: from others on the channel, or of the drives, which are computed for it."""
-        if self._company and not self.queue.empty():
-            heard = self.queue.get()
-            self._to_drives(heard)
-            return heard
-        if not self._arrived:
-            self._compute(time.monotonic())
-        return self._message(self._arrived.popleft()) if self._arrived else None
+        while True:
+            self._news.clear()
+            if self._company and not self.queue.empty():
+                heard = self.queue.get()
+                self._to_drives(heard)
+                return heard
+            now = time.monotonic()
+            if not self._arrived:
+                self._compute(now)
+            if self._arrived:
+                return self._message(self._arrived.popleft())
+            if end is not None and now >= end:
+                return None
+            self._news.wait(min(self._patience(now), STEP_S if end is None else end - now))
 
     @property
     def _company(self) -> bool:

@@ -48,13 +48,11 @@ class Wire:
 
     def take(self, now: float) -> Delivered | None:
         """The next frame that is through by `now`."""
-        if self._carried is None:
-            self._arbitrate()
-        carried = self._carried
-        if carried is None or self._free_at > now:
+        at, carried = self.next_at, self._carried
+        if carried is None or at is None or at > now:
             return None
         self._carried = None
-        return Delivered(carried[2], self._free_at, carried[3])
+        return Delivered(carried[2], at, carried[3])
 
     def _arbitrate(self) -> None:
         """The wire is free: the first of all that wait then wins."""
