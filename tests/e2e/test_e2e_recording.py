@@ -35,7 +35,7 @@ def recorder(live: LiveCell, path: Path) -> Process:
 def replayed(path: Path, live: LiveCell) -> dict[tuple[str, str], Any]:
     """What `cell replay --json` says last, by kind and name."""
     process = live.start("cell", "replay", str(path), "--json")
-    assert process.wait(20.0) == 0, process.output
+    assert process.wait(60.0) == 0, process.output
     lines = [json.loads(line) for line in process.output.splitlines()]
     return {(line["kind"], line["name"]): line for line in lines}
 
@@ -51,22 +51,21 @@ def running(live: LiveCell) -> Process:
 def test_a_fault_is_recorded_kept_and_replayed(live: LiveCell, running: Process, tmp_path: Path) -> None:
     path, killed = tmp_path / "a.mcap", tmp_path / "killed.mcap"
     recording, victim = recorder(live, path), recorder(live, killed)
-    wait_until(lambda: killed.stat().st_size > 100_000, 30.0, "a recording that grows")
     with live.client() as session:
         states = session.watch("robot/left/state")
+        kept = wait_until(lambda: _fresh(killed), 60.0, "a file with all but the last second")
         victim.signal(signal.SIGKILL)
-        at = time.time()
         victim.wait(20.0)
         live.obeyed("estop", "--reason", "test")
         last = wait_until(lambda: _in_mode(states.take_new(), Mode.ESTOP), 20.0, "left under the emergency stop")
-        running.wait_for_output("what happened before the alarm is kept", 20.0)
+        running.wait_for_output("what happened before the alarm is kept", 60.0)
     recording.signal(signal.SIGINT)
-    assert recording.wait(40.0) == 0, recording.output  # it writes all that it has heard
+    assert recording.wait(60.0) == 0, recording.output  # it writes all that it has heard
     status = replayed(path, live)
     assert status["robot", "left"]["mode"] == status["robot", "right"]["mode"] == "estop"
     assert [stop["reason"] for stop in status["manager", "two_arms"]["estops"]] == ["test"]
     _complete(path, last)
-    _cut(killed, at)
+    _cut(killed, kept)
     _kept(live)
 
 
@@ -88,12 +87,18 @@ def _complete(path: Path, seen: RobotState) -> None:
         assert len(sequences) > 0.9 * (sequences[-1] - sequences[0] + 1)
 
 
-def _cut(path: Path, killed_at: float) -> None:
-    """Nothing older than a second is missing; one more is for a machine that keeps the recorder from its turn."""
+def _fresh(path: Path) -> float | None:
+    """When the newest message in a file that is being written was heard, if that is hardly more than a second ago."""
+    began, newest = Recorded(path).span()
+    return newest if newest > began and newest > time.time() - 1.5 else None
+
+
+def _cut(path: Path, kept: float) -> None:
+    """What was in the file before its recorder was killed can still be read."""
     recorded = Recorded(path)
     times = [at for _, at in recorded.messages()]
     assert recorded.cut
-    assert times[-1] > killed_at - 2.0
+    assert times[-1] >= kept
 
 
 def _kept(live: LiveCell) -> None:
