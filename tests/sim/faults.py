@@ -23,9 +23,6 @@ from cell.messages import (
     Estop,
     ForceOutput,
     Halt,
-    Jog,
-    JogFrame,
-    JogHeld,
     Mode,
     PlayoutState,
     ResetRobot,
@@ -44,13 +41,12 @@ from drive_gateway.config.settings import AxisSettings
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster
 from tests.sim.cells import GeneratedCell
 from tests.sim.item import Item, Moment, Stage
+from tests.sim.jog_key import hold_key
 from tests.sim.judge.facts import Facts
 from tests.sim.strangers import WRONG_DIGEST, Crowd, FalsePresence, Guest, SaidAgain, SecondAgent, Strays
 
 _OVERLOAD = 0x2310
 """An EMCY of the simulated drives: continuous overcurrent."""
-_KEY_S = 0.03
-"""How often a jog key says that it is held."""
 OPERATORS = ("anna", "bert")
 _BEFORE_CUT_S = 0.2
 _SLIPS, _SLIPS_EVERY_S, _SLIPS_FOR_S = 0.006, 0.02, 0.4
@@ -605,20 +601,7 @@ class JogPress(Item):
         return 0.6 + self.held_s
 
     def _press(self, stage: Stage) -> None:
-        world = stage.world
-        press = f"{self.by}-{world.clock.now:.3f}"
-        jog = Jog(press, self.axis, self.speed, JogFrame.BASE)
-        world.operate(f"robot/{self.robot}", jog, self.by)
-        self._hold(stage, press, world.clock.now + self.held_s)
-
-    def _hold(self, stage: Stage, press: str, until: float) -> None:
-        world = stage.world
-        heard = world.operator(self.by).heard(f"robot/{self.robot}")
-        held = world.clock.now < until
-        if heard is not None and (held or self.lets_go):
-            world.press(JogHeld(self.robot, press, held, heard), self.by)
-        if held:
-            world.clock.after(_KEY_S, self._hold, stage, press, until)
+        hold_key(stage.world, self.by, self.robot, self.axis, self.speed, self.held_s, lets_go=self.lets_go)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from cell.messages import (
     SetOverride,
     ZoneState,
 )
+from tests.sim.jog_aside import JogAside
 from tests.sim.judge.facts import OFF_S, Facts
 from tests.sim.stand_off import StandOffs
 from tests.sim.world import World
@@ -41,6 +42,7 @@ class Staff:
         self._left_alone: dict[str, float] = {}
         self._stopped: dict[frozenset[str], float] = {}
         """Since when these emergency stops are seen in force."""
+        self._jog_aside = JogAside(world, facts, PATIENT, self._order)
         self._stand_offs = StandOffs(facts, self._order)
         world.operator(PATIENT)
         world.on_published.append(self._hear)
@@ -60,7 +62,8 @@ class Staff:
         if self.working:
             states = list(eyes.robots.values())
             if self._world.cell.separation is not None:
-                self._stand_offs.look(states)
+                self._jog_aside.look(states, self.done)
+                self._stand_offs.look(state for state in states if not self._jog_aside.busy_with(state.robot))
             for state in states:
                 self._serve(state)
             for feedback in list(self._facts.feedback.values()):
@@ -112,7 +115,8 @@ class Staff:
 
     def _serve(self, state: RobotState) -> None:
         robot = state.robot
-        if self._facts.now < self._left_alone.get(robot, 0.0) or self._stand_offs.busy_with(robot):
+        parted = self._stand_offs.busy_with(robot) or self._jog_aside.busy_with(robot)
+        if self._facts.now < self._left_alone.get(robot, 0.0) or parted:
             return
         if state.program.state is ProgramState.DONE and state.mode is Mode.READY and not self.endless:
             self.done.add(robot)

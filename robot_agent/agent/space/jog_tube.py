@@ -12,8 +12,9 @@ from robot_agent.trajectory.sources import JogSource
 from robot_agent.trajectory.sources.tcp import NoDirection
 from robot_agent.workspace import FOLLOWING_M, of_points
 
-_LENGTH_M = 0.008
-"""Of a section, by the capsule end that goes the farthest."""
+_LENGTH_M = 0.004
+"""Of a section, by the capsule end that goes the farthest. Short ones are hardly larger than what a robot at rest owns,
+so it can be jogged away from where it may come no nearer to another one."""
 _BESIDE_M = 0.004
 """How far the robot may be beside the line: by what the jog's own samples differ, and by a quick stop at 250 mm/s."""
 _AHEAD_M = 0.12
@@ -58,14 +59,15 @@ class JogTube:
             try:
                 half = _step(planner, source, q) / 2.0
                 onward = np.clip(q + _step(planner, source, q + half), low, high)
-                ends = transform_points(planner.pose_world_base, model.capsules(np.stack([q, onward])))
+                way = np.stack([q, (q + onward) / 2.0, onward])
+                first, middle, last = transform_points(planner.pose_world_base, model.capsules(way))
             except (NoDirection, OpenMechanism):
                 return
-            moved = float(np.linalg.norm(ends[1] - ends[0], axis=-1).max())
+            moved = float(np.linalg.norm([first - middle, last - middle], axis=-1).max())
             if moved < _TINY:
                 return
             radii = model.capsule_radii + FOLLOWING_M + moved + _BESIDE_M
-            self._sections = self._sections.joined(of_points(ends[:1], radii))
+            self._sections = self._sections.joined(of_points(middle[None], radii))
             self._q.append(onward)
 
 
