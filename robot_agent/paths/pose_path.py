@@ -269,6 +269,18 @@ def _blended(before: Trimmed, after: Trimmed, wide_m: float) -> tuple[Polynomial
     first, last = along[along < 0.0], along[along >= 0.0]
     nominal = np.concatenate([before.at(before.length_m + first), after.at(last)], axis=1)
     blend = joining(nominal[:, 0], nominal[:, -1], 2.0 * wide_m)
-    way = blend.derivative(_SHARES, 0) - nominal[0]
-    way = way - nominal[1] * (way * nominal[1]).sum(axis=-1, keepdims=True)
-    return blend, float(np.linalg.norm(way, axis=-1).max())
+    return blend, _beside(blend.derivative(_SHARES, 0), *nominal)
+
+
+def _beside(places: Numbers, curve: Numbers, tangents: Numbers, curvatures: Numbers) -> float:
+    """The largest distance [m] of places `(k, 3)` from a curve, known at `(m, 3)` with its tangents and curvatures.
+
+    Each place is compared with the nearest of these: where the curve turns back within a blend, the one that is as far
+    along as the place may be somewhere else.
+    """
+    away = places[:, None] - curve
+    nearest = np.einsum("kmx,kmx->km", away, away).argmin(axis=1)
+    way, tangent = away[np.arange(len(places)), nearest], tangents[nearest]
+    along = np.einsum("kx,kx->k", way, tangent)[:, None]
+    way = way - along * tangent - 0.5 * along**2 * curvatures[nearest]
+    return float(np.linalg.norm(way, axis=1).max())

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from robot_agent.paths import Arc, Block, Continuity, JointMove, Line, Passing, Spline, Transition
 from robot_agent.paths.orientation import rotation_vectors
@@ -127,6 +128,24 @@ def test_a_tool_that_follows_the_path_stops_where_it_has_to_turn() -> None:
     transitions = planned(*[Line(pose, None, 1, tangential_rad=0.0) for pose in (corner, end)]).transitions
     assert {each.passing for each in transitions} == {STOPS}
     assert all("follows the path" in each.reason or "on the spot" in each.reason for each in transitions)
+
+
+@pytest.mark.parametrize("end_z_mm", [6.0, 8.0, 12.0, 16.0])
+def test_a_blend_tells_how_far_it_leaves_a_spline_that_turns_back_in_front_of_it(end_z_mm: float) -> None:
+    """Within the blend the spline comes back to where it was, so places as far along are not near each other."""
+    motion = planned(spline((15, 0)), line(-25, end_z_mm))
+    (transition,) = [each for each in motion.transitions if each.before != each.block]
+    start, corner, end = at()[:3, 3], at(y_mm=15)[:3, 3], at(y_mm=-25, z_mm=end_z_mm)[:3, 3]
+    ahead, back = (corner - start) / 3.0, (end - corner) / np.linalg.norm(end - corner)
+    control = np.stack([start, start + ahead, corner - np.linalg.norm(ahead) * back, corner])
+    u = np.linspace(0.0, 1.0, 8001)[:, None]
+    weights = np.concatenate([(1 - u) ** 3, 3 * u * (1 - u) ** 2, 3 * u**2 * (1 - u), u**3], axis=1)
+    programmed = np.concatenate([weights @ control, corner + u * (end - corner)])
+    places = MODEL.forward(motion.q(np.linspace(0.0, motion.duration_s, 2001)))[:, :3, 3]
+    farthest = cKDTree(programmed).query(places)[0].max()
+    assert transition.passing is BLENDED
+    assert farthest == pytest.approx(transition.deviation_m, abs=1e-5)
+    assert farthest < LIMITS.shaping.blend_m + 1e-5
 
 
 @pytest.mark.parametrize("seed", [2, 5, 11, 17])
