@@ -12,6 +12,8 @@ from tests.sim.jog_key import hold_key
 from tests.sim.judge.facts import Facts, Floats
 from tests.sim.world import World
 
+_LASTS_S = 3.0
+"""So long it takes until somebody comes."""
 _SPEED, _LINEAR_SPEED = 0.25, 0.1
 """[rad/s, m/s]"""
 _HELD_S = 4.0
@@ -53,7 +55,8 @@ class JogAside:
         """Give the orders that are due; `done`: whose programs have ended."""
         manager = self._world.operator(self._by).manager
         for standoff in manager.deadlocks if manager is not None else ():
-            if "cell jog" in standoff.remedy and not self._aside.keys() & set(standoff.robots):
+            lasts = manager.cell_time - standoff.since > _LASTS_S
+            if lasts and "cell jog" in standoff.remedy and not self._aside.keys() & set(standoff.robots):
                 robot = standoff.robots[self._times % len(standoff.robots)]
                 self._aside[robot] = _Aside(tuple(each for each in standoff.robots if each != robot))
                 self._times += 1
