@@ -1,9 +1,14 @@
 """Robots that wait for each other are parted by an operator, those that only wait are left alone."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 from cell.messages import Halt, Mode, ProgramState, ProgramStatus, RobotState, SetOverride
+from tests.sim.apart_cell import QUIET, apart_cell
+from tests.sim.judge import Judge
+from tests.sim.staff import Staff
 from tests.sim.stand_off import StandOffs
+from tests.sim.world import World, load_bundle
 
 _STEP_S = 0.3
 _PROGRAM = ProgramStatus("p", ProgramState.RUNNING, 3, "")
@@ -82,3 +87,19 @@ def test_who_waits_for_one_that_moves_or_has_ended_is_left_alone() -> None:
     moves = _Two(r0="r1 is in the way", r1="r0 is in the way")
     moves.moves = {"r1"}
     assert moves.lasts(10.0) == []
+
+
+_TO_ONE_PLACE = """MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
+ML X=2000 Y=0 Z=1250 A=0 B=90 C=0 F=1500
+"""
+
+
+def test_where_no_way_back_frees_them_one_is_jogged_aside_and_the_other_gets_through(tmp_path: Path) -> None:
+    cell = apart_cell(tmp_path, dict.fromkeys(("left", "right"), _TO_ONE_PLACE))
+    world = World(load_bundle(cell), 1, QUIET)
+    judge = Judge(world)
+    staff = Staff(world, judge.facts)
+    staff.endless = False
+    assert world.clock.run_until(world.clock.now + 30.0, lambda: bool(staff.done))
+    (standoff,) = [event for event in world.seen.events if event.code == "space_standoff"]
+    assert "jog it away" in standoff.remedy
