@@ -10,6 +10,7 @@ import numpy as np
 from bench.timing import Row, median_s
 from cell.geometry import capsule_distance, nearest_capsules, transform_points
 from cell.geometry.arrays import Array
+from cell.view.bodies import NOTHING, Capsules, RobotBody, smallest_gap
 from robot_agent.kinematics import Model
 from robot_agent.trajectory import Motion
 from robot_agent.workspace import Things, sweep
@@ -46,11 +47,20 @@ def distances() -> Iterator[Row]:
 
 
 def trajectories(model: Model) -> Iterator[Row]:
-    """Whether arms in a ring that wave come nearer than 30 mm to each other, and where they are nearest."""
+    """Whether arms in a ring that wave come nearer than 30 mm to each other, and where they are nearest.
+
+    And the gap that the page shows: that of all capsules at one moment, of which balls leave out the far ones.
+    """
     for what, radius_m, aim_s in (("clear", 4.0, 5e-4), ("near", 2.0, 5e-3), ("entangled", 1.0, 5e-3)):
         bodies = _ring(model, radius_m)
         own = median_s(partial(nearest_capsules, bodies, [model.capsule_radii] * ARMS, WITHIN_M), 50)
         yield Row(f"the nearest of {ARMS} arms, {SAMPLES} samples, {what}", own, own / aim_s, f"of {1e3 * aim_s:g} ms")
+    now = [
+        RobotBody(f"arm {number}", Capsules(np.ascontiguousarray(points[0]), model.capsule_radii), NOTHING, None, False)
+        for number, points in enumerate(_ring(model, 2.0))
+    ]
+    pairs, own = ARMS * (ARMS - 1) // 2 * len(model.capsule_radii) ** 2, median_s(partial(smallest_gap, now), 200)
+    yield Row(f"the smallest gap of {pairs} pairs, most left out by balls", own, own / 2.5e-5, "of 25 us")
 
 
 def itself(model: Model, motion: Motion) -> list[Row]:

@@ -109,11 +109,15 @@ class Faces:
         start, end = heights[:, 0], heights[:, 1]
         least = np.minimum(np.abs(start), np.abs(end))
         least[start * end <= 0.0] = 0.0
-        middle, way = (segments[:, 0] + segments[:, 1]) / 2.0, segments[:, 1] - segments[:, 0]
-        halves = np.sqrt(np.einsum("mk,mk->m", way, way)) / 2.0
-        away = middle[:, None] - self._centres
-        np.maximum(least, np.sqrt(np.einsum("mpk,mpk->mp", away, away)) - self._balls - halves[:, None], out=least)
         segment, polygon = np.nonzero(least <= within)
+        if not len(segment):
+            return np.asarray(least)
+        middle, way = (segments[:, 0] + segments[:, 1]) / 2.0, segments[:, 1] - segments[:, 0]
+        halves, away = np.sqrt(np.einsum("mk,mk->m", way, way)) / 2.0, middle[segment] - self._centres[polygon]
+        beside = np.sqrt(np.einsum("nk,nk->n", away, away)) - self._balls[polygon] - halves[segment]
+        least[segment, polygon] = np.maximum(least[segment, polygon], beside)
+        near = beside <= np.broadcast_to(within, least.shape)[segment, polygon]
+        segment, polygon = segment[near], polygon[near]
         share = max(1, _AT_ONCE // self._starts.shape[1])
         for at in range(0, len(segment), share):
             one, other = segment[at : at + share], polygon[at : at + share]

@@ -10,10 +10,13 @@ from cell.geometry.errors import WrongShape
 _AT_ONCE = 2048
 """So many pairs fit into the nearest memory of a processor with all that is computed from them."""
 
-_NARROW = 1e-6
-"""Squared sine of an angle; from wider ones on, products of lengths tell lines that cross as exactly as vectors do."""
-_BACK, _NONE, _NOTHING = np.array(-1.0), np.array(0.0), np.array(np.finfo(float).tiny)
-"""As arrays, which numpy takes sooner than numbers."""
+_NARROW, _NOTHING, _BACK = np.array(1e-6), np.array(np.finfo(float).tiny), np.array(-1.0)
+"""Squared sine of an angle: from wider ones on, products of lengths tell lines that cross as exactly as vectors do.
+
+As arrays, which numpy takes sooner than numbers.
+"""
+_NONE = np.zeros(_AT_ONCE)
+"""For each pair, which numpy compares sooner than with one number for all."""
 
 
 def least_height(heights: Array) -> Array:
@@ -44,8 +47,8 @@ def segment_distance(first: Array, second: Array) -> Array:
     """Distance `(...)` [m] between segments `(..., 2, 3)`, start and end point each; both broadcast.
 
     Exact to rounding, also where segments are parallel or nearly so, in one line, touching, or points. The place on
-    the line of the first that is closest comes from cross products where an angle is small, and is brought into its
-    segment; then the closest place of the second is found for that one, and once more the first for the second
+    the line of the first that is closest comes from the parts across the second where an angle is small, and is brought
+    into its segment; then the closest place of the second is found for that one, and once more the first for the second
     (Ericson, Real-Time Collision Detection, 5.1.9). To bring both places into their segments at once, or to leave one
     of parallel lines at its start, gives too long a distance.
 
@@ -93,6 +96,8 @@ def _distance(first: Array, second: Array, batch: tuple[int, ...]) -> Array:
     All four ends in one row, that of the first segment before its start, differ by `u`, along the first, `w`, to the
     start of the second, and `v`, along the second. So the way from a place on the first to one on the second is
     w - s u - t v, both `s` and `t` between -1 and 0.
+
+    No quotient overflows for lengths below 1e77 m: each divisor is a square of what its dividend is a multiple of.
     """
     ends = np.empty((2, 2, 3, *batch))
     in_order = *range(2, 2 + len(batch)), 0, 1
@@ -100,56 +105,39 @@ def _distance(first: Array, second: Array, batch: tuple[int, ...]) -> Array:
     ends[1].transpose(in_order)[...] = second
     ends = ends.reshape(4, 3, -1)
     ways = ends[1:] - ends[:-1]
-    u, v = ways[0], ways[2]
-    with_u, with_v = np.einsum("ikn,kn->in", ways, u), np.einsum("ikn,kn->in", ways[1:], v)
-    uu, uw, uv, wv, vv = with_u[0], with_u[1], with_u[2], with_v[0], with_v[1]
-    places = np.empty((3, ends.shape[-1]))
-    s, t = places[0], places[2]
-    places[1] = _BACK
-    whole = uu * vv
-    narrow = _NARROW * whole
-    whole -= uv * uv
-    if (whole >= narrow).all():
-        np.multiply(uw, vv, out=s)
-        s -= uv * wv
-    else:
-        normal = _cross(u, v)
-        s[...], whole = _dot(_cross(ways[1], v), normal), _dot(normal, normal)
-    _share(s, whole)
+    with_u, with_v = np.einsum("ikn,jkn->ijn", ways[::2], ways)
+    uu, uv, vv = with_u[0], with_u[2], with_v[2]
+    crossing = with_u[:2] * vv
+    narrow = _NARROW * crossing[0]
+    crossing -= uv * with_v[:2]
+    if (crossing[0] <= narrow).nonzero()[0].size:
+        for whole in (uu, vv):
+            np.maximum(whole, _NOTHING, out=whole)
+        across = ways[:2] - (with_v[:2] / vv)[:, None] * ways[2]
+        crossing = np.einsum("ikn,kn->in", across, across[0])
+        np.maximum(crossing[0], _NOTHING, out=crossing[0])
+    places = np.empty((3, len(uu)))
+    s, back, t = places
+    back[...] = _BACK
+    np.divide(crossing[1], crossing[0], out=s)
+    _bring_in(s, back)
     np.multiply(uv, s, out=t)
-    np.subtract(wv, t, out=t)
-    _share(t, vv)
+    np.subtract(with_v[1], t, out=t)
+    t /= vv
+    _bring_in(t, back)
     np.multiply(uv, t, out=s)
-    np.subtract(uw, s, out=s)
-    _share(s, uu)
+    np.subtract(with_u[1], s, out=s)
+    s /= uu
+    _bring_in(s, back)
     apart = np.einsum("ikn,in->kn", ways, places)
-    square = _dot(apart, apart)
+    apart *= apart
+    square = apart[0]
+    square += apart[1]
+    square += apart[2]
     return np.asarray(np.sqrt(square, out=square))
 
 
-def _share(way: Array, whole: Array) -> None:
-    """`way / whole` between -1 and 0, in place of `way`; 0 where there is no whole, for then there is no way.
-
-    No quotient overflows for lengths below 1e77 m: a whole is a square of what the way is a multiple of.
-    """
-    way /= np.maximum(whole, _NOTHING)
-    np.maximum(way, _BACK, out=way)
-    np.minimum(way, _NONE, out=way)
-
-
-def _dot(a: Array, b: Array) -> Array:
-    """Of vectors `(3, ...)`."""
-    products = a * b
-    total: Array = products[0]
-    total += products[1]
-    total += products[2]
-    return total
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Of vectors `(3, ...)`."""
-    cross = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        np.multiply(a[i], b[j], out=cross[k])
-        cross[k] -= a[j] * b[i]
-    return cross
+def _bring_in(share: Array, back: Array) -> None:
+    """Shares below -1 to `back`, and those above 0 to that."""
+    np.maximum(share, back, out=share)
+    np.minimum(share, _NONE[: len(share)], out=share)

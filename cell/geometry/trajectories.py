@@ -1,12 +1,14 @@
 """How near bodies come to each other along whole trajectories, without a look at every distance.
 
-Boxes around stretches of samples leave out what is far away: whole bodies first, then their capsules. Of the capsules
-that are left the distance in the middle of a stretch, less how far both go from there, leaves out most of the rest.
-What remains is measured sample by sample. So what is found is the least of all distances.
+Boxes around stretches of samples leave out what is far away: whole bodies first, which often tell that nothing comes
+near, then their capsules. Of the capsules that are left the distance in the middle of a stretch, less how far both go
+from there, leaves out most of the rest. What remains is measured sample by sample. So what is found is the least of all
+distances.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Self
 
 import numpy as np
@@ -54,7 +56,12 @@ def nearest_capsules(bodies: Sequence[Array], radii: Sequence[Array], within: fl
     Raises:
         WrongShape: fewer than two bodies, one of another shape, or one of other samples than the first.
     """
-    points, sizes = _together(bodies, radii), [len(each) for each in radii]
+    _check(bodies, radii)
+    if _apart(bodies, radii, within):
+        return None
+    sizes = [len(each) for each in radii]
+    points = np.empty((len(bodies[0]), sum(sizes), 2, 3))
+    np.concatenate(bodies, axis=1, out=points)
     way = _Way.of(points, np.concatenate([np.asarray(each, dtype=float) for each in radii]))
     starts = np.cumsum([0, *sizes[:-1]])
     low, high = np.minimum.reduceat(way.low, starts, axis=1), np.maximum.reduceat(way.high, starts, axis=1)
@@ -77,16 +84,28 @@ def nearest_capsules(bodies: Sequence[Array], radii: Sequence[Array], within: fl
     return Nearest(distance, sample, body, capsule - int(starts[body]), other_body, its - int(starts[other_body]))
 
 
-def _together(bodies: Sequence[Array], radii: Sequence[Array]) -> Array:
-    """All capsules `(m, c, 2, 3)` of checked bodies, one after the other."""
+def _check(bodies: Sequence[Array], radii: Sequence[Array]) -> None:
     if len(bodies) < 2 or len(bodies) != len(radii):
         raise WrongShape("bodies", (len(bodies),), f"two or more, as many as radii: {len(radii)}")
     for points, mine in zip(bodies, radii, strict=True):
         if np.shape(points) != (len(bodies[0]), len(mine), 2, 3) or np.size(points) == 0:
             raise WrongShape("body", np.shape(points), f"({len(bodies[0])}, {len(mine)}, 2, 3), neither number 0")
-    together = np.empty((len(bodies[0]), sum(map(len, radii)), 2, 3))
-    np.concatenate(bodies, axis=1, out=together)
-    return together
+
+
+def _apart(bodies: Sequence[Array], radii: Sequence[Array], than: float) -> bool:
+    """Whether boxes around bodies, each as thick all over as its thickest capsule, tell that all stay farther apart."""
+    corners = np.empty((2, len(bodies), 3 * len(bodies[0])))
+    for points, low, high in zip(bodies, *corners, strict=True):
+        ends = points.transpose(1, 2, 0, 3).reshape(-1, corners.shape[-1])  # no copy of what a model gives
+        ends.min(axis=0, out=low)
+        ends.max(axis=0, out=high)
+    by_axis = np.ascontiguousarray(corners.reshape(2, len(bodies), -1, 3).transpose(0, 3, 1, 2))
+    starts, thick = np.arange(0, len(bodies[0]), _STRETCH), np.array([max(each) for each in radii])[:, None]
+    low = np.minimum.reduceat(by_axis[0], starts, axis=-1) - thick
+    high = np.maximum.reduceat(by_axis[1], starts, axis=-1) + thick
+    one, other = np.array(list(combinations(range(len(bodies)), 2))).T
+    gaps = _gaps(low[:, one].T, high[:, one].T, low[:, other].T, high[:, other].T)
+    return bool(gaps.min() > than)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

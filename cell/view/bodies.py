@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cell.config.settings import (
     BoxShape,
@@ -18,7 +20,7 @@ from cell.config.settings import (
     SphereShape,
     ThingSettings,
 )
-from cell.geometry import pose_from, segment_distance
+from cell.geometry import capsule_distance, pose_from
 from cell.geometry.arrays import Array
 from cell.messages import (
     FramePose,
@@ -36,6 +38,8 @@ from cell.view.words import ALARMED
 MOST_RESERVED = 16
 """So many of the sections that a robot owns are drawn: those farthest apart along its way tell where it may be."""
 _NO_ROOM = np.empty((0, 2, 3))
+
+Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,27 +156,39 @@ def _drawn(points: Single, radii: Single) -> Capsules:
 def smallest_gap(bodies: list[RobotBody]) -> Gap | None:
     """Between the two robots that are nearest to each other; None with fewer than two whose bodies are known.
 
-    No pair of capsules is farther apart than its middles are; those whose ends cannot be as near as that are left out.
+    No pair of capsules is farther apart than its middles are; those are left out whose balls, which hold them, are.
     """
-    points = np.concatenate([_NO_ROOM, *(each.now.points for each in bodies)])
-    radii = np.concatenate([np.empty(0), *(each.now.radii for each in bodies)])
-    robot = np.repeat(np.arange(len(bodies)), [len(each.now) for each in bodies])
-    i, k = np.nonzero(robot[:, None] < robot)
+    robot, i, k = _pairs(tuple(len(each.now) for each in bodies))
     if not len(i):
         return None
-    middles, lengths = points.mean(axis=1), np.linalg.norm(points[:, 1] - points[:, 0], axis=-1)
-    most = np.linalg.norm(middles[i] - middles[k], axis=-1) - radii[i] - radii[k]
-    near = most - 0.5 * (lengths[i] + lengths[k]) <= most.min()
+    points = np.concatenate([each.now.points for each in bodies])
+    radii = np.concatenate([each.now.radii for each in bodies])
+    starts, stops = points.transpose(1, 2, 0)
+    middles, ways = (starts + stops) / 2.0, stops - starts
+    balls = radii + np.sqrt(np.einsum("kc,kc->c", ways, ways)) / 2.0
+    known = np.concatenate([middles, balls[None], radii[None]])
+    one, other = known.take(i, axis=1), known.take(k, axis=1)
+    apart, (thick, thin) = one[:3] - other[:3], one[3:] + other[3:]
+    away = np.sqrt(np.einsum("kp,kp->p", apart, apart))
+    near = np.flatnonzero(away - thick <= (away - thin).min())
     i, k = i[near], k[near]
-    distances = np.asarray(segment_distance(points[i], points[k])) - radii[i] - radii[k]
+    distances = capsule_distance(points[i], radii[i], points[k], radii[k])
     nearest = int(distances.argmin())
-    one, other = int(i[nearest]), int(k[nearest])
-    ends = nearest_points(points[one], points[other])
+    first, second = int(i[nearest]), int(k[nearest])
+    ends = nearest_points(points[first], points[second])
     way = ends[1] - ends[0]
     length = float(np.linalg.norm(way))
     along = way / length if length > 0.0 else np.zeros(3)
-    surfaces = np.array([ends[0] + radii[one] * along, ends[1] - radii[other] * along])
-    return Gap((bodies[robot[one]].robot, bodies[robot[other]].robot), surfaces, float(distances[nearest]))
+    surfaces = np.array([ends[0] + radii[first] * along, ends[1] - radii[second] * along])
+    return Gap((bodies[robot[first]].robot, bodies[robot[second]].robot), surfaces, float(distances[nearest]))
+
+
+@lru_cache(maxsize=8)
+def _pairs(sizes: tuple[int, ...]) -> tuple[Indices, Indices, Indices]:
+    """Of robots with so many capsules each: the robot of each capsule, and all pairs of capsules of two robots."""
+    robot = np.repeat(np.arange(len(sizes)), sizes)
+    one, other = np.nonzero(robot[:, None] < robot)
+    return robot, one, other
 
 
 def nearest_points(first: Array, second: Array) -> Array:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -42,10 +42,8 @@ class Cover:
         last = len(path.points) - 1
         firsts = np.arange(0, max(last, 1), stretch)
         edges = np.concatenate([firsts, [last]])
-        ends = path.points[edges]
-        low, high = (
-            side(side.reduceat(path.points, firsts), side(ends[:-1], ends[1:])) for side in (np.minimum, np.maximum)
-        )
+        ends = path.points[edges[1:]]
+        low, high = (side(side.reduceat(path.points, firsts), ends) for side in (np.minimum, np.maximum))
         across, points = high - low, (low + high) / 2.0
         grown = np.sqrt(np.einsum("bcek,bcek->bce", across, across).max(axis=-1)) / 2.0
         bulge = np.maximum.reduceat(path.bulge, firsts) if last > 0 else np.zeros(1)
@@ -61,10 +59,8 @@ class Cover:
 
     def first(self, count: int) -> Self:
         """Of the first `count` capsules alone."""
-        points, radii, centres, balls = (
-            each[:, :count] for each in (self.points, self.radii, self.centres, self.balls)
-        )
-        return replace(self, points=points, radii=radii, centres=centres, balls=balls)
+        each = (some[:, :count] for some in (self.points, self.radii, self.centres, self.balls))
+        return type(self)(self.edges, *each)
 
 
 def runs(near: Flags) -> list[tuple[int, int]]:

@@ -65,8 +65,9 @@ class _Rules:
 class Spaces:
     """All spaces of one robot, and the cone in which its tool points.
 
-    They look at capsules of the body, and at two more of radius 0: the TCP, and a point on the tool's pointing axis at
-    a fixed distance from the origin, which moves on a sphere. So one way to look between samples serves all.
+    They look at capsules of the body, and at more of radius 0: the TCP and, where there is a cone, a point on the
+    pointing axis of the tool at a fixed distance from the origin, which moves on a sphere. So one way to look between
+    samples serves all.
     """
 
     def __init__(
@@ -95,23 +96,24 @@ class Spaces:
         return bool(self._spaces) or self._orientation is not None
 
     def watched(self, body: Sweep, pose_world_base: Array, tcp: Array) -> Sweep:
-        """A swept body with TCP and pointing axis, from the poses of the TCP in base at its samples `(m, 4, 4)`."""
-        tool = self._tool(pose_world_base, tcp)
+        """A swept body with all that spaces look at, from the poses of the TCP in base at its samples `(m, 4, 4)`."""
+        tool = self._tool(body.tcp, pose_world_base, tcp)
         points, steps = np.concatenate([body.points, tool], axis=1), tool[1:, :, 0] - tool[:-1, :, 0]
         chords = np.sqrt(np.einsum("mtk,mtk->mt", steps, steps))
         return Sweep(
             points,
-            np.concatenate([body.radii, np.zeros(2)]),
+            np.concatenate([body.radii, np.zeros(tool.shape[1])]),
             np.concatenate([body.chords, chords], axis=1),
             body.bulge,
             body.tcp,
         )
 
     def points(self, pose_world_base: Array, q: Array) -> Array:
-        """What `watched` looks at, at joints `q` `(k, n)`: `(k, c + 2, 2, 3)` in world."""
+        """What `watched` looks at, at joints `q` `(k, n)`: `(k, c', 2, 3)` in world."""
         links = self._model.links(q)
-        body = transform_points(pose_world_base, self._model.capsules_of(links))
-        return np.concatenate([body, self._tool(pose_world_base, self._model.tcp_at(links[..., -1, :, :]))], axis=1)
+        body, tcp = transform_points(pose_world_base, self._model.capsules_of(links)), self._model.tcp_at(links[:, -1])
+        place = transform_points(pose_world_base, tcp[:, :3, 3])
+        return np.concatenate([body, self._tool(place, pose_world_base, tcp)], axis=1)
 
     def first_breach(
         self, path: Sweep, taus: Array, points_at: Callable[[Array], Array], off: Collection[str]
@@ -132,7 +134,8 @@ class Spaces:
 
     def breach_at(self, pose_world_base: Array, q: Array) -> str:
         """What a robot breaks that stands at `q` `(n,)`, with every space on but those with an input; else empty."""
-        points, radii = self.points(pose_world_base, q[None]), np.append(self._model.capsule_radii, [0.0, 0.0])
+        points, radii = self.points(pose_world_base, q[None]), self._model.capsule_radii
+        radii = np.append(radii, np.zeros(points.shape[1] - len(radii)))
         for rule in self._rules(frozenset(self.inputs)).all:
             clear = rule.barrier.clearance(points, radii, np.inf)[0]
             if len(clear) and clear.min() < 0.0:
@@ -204,14 +207,12 @@ class Spaces:
         space = next(each for each in self._spaces if each.name == name)
         return Barrier(self._solids[name], space.margin_m, self._watched[space.of])
 
-    def _tool(self, pose_world_base: Array, pose_base_tcp: Array) -> Array:
-        """TCP and pointing axis, `(k, 2, 2, 3)`."""
-        axis = 0 if self._orientation is None else self._orientation.axis
-        in_base = pose_base_tcp[:, :3, [3, axis]].swapaxes(1, 2).reshape(-1, 3)
-        each = (in_base @ pose_world_base[:3, :3].T).reshape(-1, 2, 1, 3)
-        each[:, 0] += pose_world_base[:3, 3]
-        each[:, 1] *= self._lever_m
-        return np.repeat(each, 2, axis=2)
+    def _tool(self, place: Array, pose_world_base: Array, pose_base_tcp: Array) -> Array:
+        """TCP, from its place in world `(k, 3)`, and pointing axis where there is a cone: `(k, 1 or 2, 2, 3)`."""
+        if self._orientation is None:
+            return np.repeat(place[:, None, None], 2, axis=2)
+        axis = self._lever_m * pose_base_tcp[:, :3, self._orientation.axis] @ pose_world_base[:3, :3].T
+        return np.repeat(np.stack([place, axis], axis=1)[:, :, None], 2, axis=2)
 
     def _who(self, barrier: Barrier, column: int) -> str:
         capsule, body = int(barrier.capsules[column]), len(self._model.body)

@@ -160,19 +160,21 @@ class Barriers:
     def __init__(self, barriers: Sequence[Barrier]) -> None:
         self.barriers = tuple(barriers)
         boxes = {k: box for k, each in enumerate(self.barriers) if (box := each.solid.bounds()) is not None}
-        self._boxed, self._boxes = tuple(boxes), Boxes(list(boxes.values()))
+        self._boxes, self._boxed = Boxes(list(boxes.values())), np.array(list(boxes), dtype=np.intp)
+        self._endless = [k for k in range(len(self.barriers)) if k not in boxes]
+        """Those that no box holds."""
         self._margins = np.array([self.barriers[index].margin_m for index in boxes])[:, None, None]
 
     def near(self, cover: Cover) -> Iterator[tuple[Barrier, Flags]]:
         """The barriers some of whose columns may come too near, with which and when: `(b, k)`, by stretches."""
         roughly = np.asarray(self._boxes.distance(cover.points) - cover.radii < self._margins)
-        some = dict(zip(self._boxed, np.asarray(roughly.any(axis=(1, 2))).tolist(), strict=True))
-        flags = dict(zip(self._boxed, roughly, strict=True))
-        for index, barrier in enumerate(self.barriers):
-            if some.get(index, True):
-                near = barrier.near(cover, flags.get(index, np.ones(cover.radii.shape, dtype=bool)))
-                if near.any():
-                    yield barrier, near
+        some = np.flatnonzero(roughly.any(axis=(1, 2)))
+        flags = dict(zip(self._boxed[some].tolist(), roughly[some], strict=True))
+        flags |= dict.fromkeys(self._endless, np.ones(cover.radii.shape, dtype=bool))
+        for index in sorted(flags):
+            near = self.barriers[index].near(cover, flags[index])
+            if near.any():
+                yield self.barriers[index], near
 
     def first_near(
         self, cover: Cover, path: Sweep, taus: Array, points_at: Callable[[Array], Array]

@@ -68,6 +68,19 @@ def test_bodies_that_only_touch_for_one_sample_are_found_among_many() -> None:
     assert nearest_capsules([away, passing + 0.001 * np.eye(3)[0]], radii, 0.0) is None
 
 
+def test_the_thickest_capsules_count_however_bodies_lie_in_memory() -> None:
+    left, right = np.zeros((50, 2, 2, 3)), np.zeros((50, 2, 2, 3))
+    left[..., 1, 2] = right[..., 1, 2] = right[..., 0] = 1.0
+    radii = [np.array([0.1, 0.3]), np.array([0.2, 0.1])]
+    by_columns = np.asfortranarray(left), np.asfortranarray(right)
+    for bodies in ([left, right], [by_columns[0], right], [*by_columns]):
+        found = nearest_capsules(bodies, radii, 0.5 + 1e-9)
+        assert found is not None
+        assert found.distance_m == pytest.approx(0.5, abs=1e-12)
+        assert (found.capsule, found.other_capsule) == (1, 0)
+        assert nearest_capsules(bodies, radii, 0.5 - 1e-8) is None
+
+
 def test_what_is_no_body_is_refused() -> None:
     body, radii = np.zeros((4, 3, 2, 3)), np.zeros(3)
     for bodies, mine, found in (
