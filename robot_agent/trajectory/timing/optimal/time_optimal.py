@@ -43,10 +43,8 @@ _SETTLED = (0.8, 1.05)
 time passes, which is where something small on the way makes it slow."""
 MARGIN = 1.001
 """Limits are divided by it, so that the search may stop when it is so near to them."""
-_ACCEPTED = 1.004
-"""Slowing down all of a motion by so much is better than easing it."""
 _CERTAIN = 1.0005
-"""Limits are tightened by so much more than they are exceeded."""
+"""Limits are tightened by so much more than they are exceeded; all of a motion may be slowed down by as much."""
 _EASABLE = (1.02, 1.05)
 """What has to be so much slower, or less, is not searched again but eased: after the first attempt, after others."""
 _EASINGS = 11
@@ -145,7 +143,7 @@ def _eased(model: Model, bounds: PathLimits, best: Timed, law: TimingLaw, used: 
     That is cheaper than a search, and far better than to slow down all of a motion for a few places. `best` is `law`
     slowed down, `used` `(3, intervals)` what the law uses of its limits.
     """
-    if best.pieces.duration_s <= _ACCEPTED * law.duration_s:
+    if best.pieces.duration_s <= _CERTAIN * law.duration_s:
         return best
     for _ in range(_EASINGS):
         law = TimingLaw(law.initial, law.squared * easing(used))
