@@ -67,13 +67,17 @@ class Chain:
                     origin = origin + along * axis
             if step.rotation is not None:
                 axes = np.einsum("kj,kcp->jcp", step.rotation, axes)
-            here[:3], here[3] = axes, origin
+            here[3] = origin
             if step.linear:
+                here[:3] = axes
                 here[3] += angle * axes[step.axis]
             else:
                 second, third = (step.axis + 1) % 3, (step.axis + 2) % 3
-                here[second] = cosine * axes[second] + sine * axes[third]
-                here[third] = cosine * axes[third] - sine * axes[second]
+                here[step.axis] = axes[step.axis]
+                np.multiply(cosine, axes[second], out=here[second])
+                here[second] += sine * axes[third]
+                np.multiply(cosine, axes[third], out=here[third])
+                here[third] -= sine * axes[second]
         order = (*range(3, x.ndim + 2), 0, 2, 1)
         return columns.reshape(self.size + 1, 4, 4, *x.shape[:-1]).transpose(order)
 
@@ -143,10 +147,11 @@ class Chain:
 
     def _twists(self, frames: Array, axes: Array, around: Array) -> Array:
         """`(..., 6, s)`: `axes` `(3, s, p)` where steps slide; `around` and the axes where they turn."""
-        twists, linear = np.empty((axes.shape[2], 6, self.size)), self._linear[:, None]
-        twists[:, :3] = np.where(linear, axes, around).transpose(2, 0, 1)
-        twists[:, 3:] = np.where(linear, 0.0, axes).transpose(2, 0, 1)
-        return twists.reshape(*frames.shape[:-3], 6, self.size)
+        twists, linear = np.concatenate([around, axes]), self._linear
+        twists[:3, linear], twists[3:, linear] = axes[:, linear], 0.0
+        leading = frames.shape[:-3]
+        order = (*range(2, len(leading) + 2), 0, 1)
+        return twists.reshape(6, self.size, *leading).transpose(order)
 
     def places(self, frame: int, at: Array, ranges: Array) -> Places:
         """Where points `(p, 3)` [m] of a frame can be, in the base; of the last frame, points of the flange.

@@ -82,6 +82,11 @@ class Pieces:
         """`(..., n)` at times `t` `(...)`."""
         return _value(*self._locate(t))
 
+    def with_slope(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Value and first derivative `(..., n)` of the curve itself at times `t` `(...)`, at its ends too."""
+        c, x = self._locate(t)
+        return _value(c, x), _first(c, x)
+
     def derivatives(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
         """First to third derivative `(3, ..., n)` at times `t` `(...)`; zero where the joints rest."""
         t = np.asarray(t)
@@ -150,10 +155,15 @@ def _value(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64
 
 
 def _derivatives(c: NDArray[np.float64], x: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    _, c1, c2, c3, c4, c5 = c
-    first = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))
+    c3, c4, c5 = c[3:]
     third = 6.0 * c3 + x * (24.0 * c4 + x * 60.0 * c5)
-    return first, _second(c, x), third
+    return _first(c, x), _second(c, x), third
+
+
+def _first(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    c1, c2, c3, c4, c5 = c[1:]
+    first: NDArray[np.float64] = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))
+    return first
 
 
 def _second(c: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:

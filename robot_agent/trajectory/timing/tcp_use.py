@@ -27,6 +27,8 @@ Places = NDArray[np.intp]
 _SLOWEST = np.array([[1e-3], [np.radians(1.0)]])
 """[m/s], [rad/s]: a TCP that is slower reverses; there the last term is that of this speed."""
 _STILL = 1e-12
+_FACTORIALS = np.array([1.0, 2.0, 6.0])[:, None, None]
+"""What makes derivatives of the coefficients of powers."""
 _CLOSE, _CLOSE_SLOW, _SLOW_M_S = 0.8, 0.4, 0.01
 """Of a limit: the twists at the knots tell it to some per cent, and to a half where the TCP is so slow that it may
 reverse."""
@@ -57,48 +59,80 @@ def tcp_use(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds) -> Nu
     The speed's limit is the one at which the acceleration across the way reaches its own. 0 in pieces where the limits
     do not hold, `held` `(pieces,)`.
     """
-    used, which = np.zeros((3, len(held))), np.flatnonzero(held)
-    if len(which):
-        v, a, j = _looked_at(model, pieces, which, 3)
-        used[:, which] = _shares(v, a, j, limits).max(axis=1)
-    return used
+    return _limit_use(model, pieces, held, limits, _jacobians(model, pieces, held))
 
 
 def speed_use(model: Model, pieces: Pieces, held: Flags, speeds: TcpSpeeds) -> Numbers:
     """The most `(pieces,)` that the TCP uses of its speeds in each piece `held` `(pieces,)`; 0 in the others."""
+    return _speed_use(model, pieces, held, speeds, _jacobians(model, pieces, held))
+
+
+def near_use(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds, speeds: TcpSpeeds) -> Numbers:
+    """As `tcp_use`, the first row with `speed_use` where `speeds` hold, but only in pieces that come close to a limit.
+
+    For cubic pieces, the last of which ends at rest.
+    """
+    looked_at = held | speeds.hold
+    if not looked_at.any():
+        return np.zeros((3, len(held)))
+    beside = np.convolve(looked_at, np.ones(3))[1:-1] > 0.0
+    at_knots = _jacobians(model, pieces, beside)
+    near_limit, fast = _close(pieces, held, limits, speeds, at_knots)
+    used = _limit_use(model, pieces, near_limit, limits, at_knots)
+    used[0] = np.maximum(used[0], _speed_use(model, pieces, fast, speeds, at_knots))
+    return used
+
+
+def _limit_use(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds, at_knots: Numbers) -> Numbers:
+    used, which = np.zeros((3, len(held))), np.flatnonzero(held)
+    if len(which):
+        v, a, j = _looked_at(model, pieces, which, 3, at_knots)
+        used[:, which] = _shares(v, a, j, limits).max(axis=1)
+    return used
+
+
+def _speed_use(model: Model, pieces: Pieces, held: Flags, speeds: TcpSpeeds, at_knots: Numbers) -> Numbers:
     used, which = np.zeros(len(held)), np.flatnonzero(held)
     if len(which):
-        (twist,) = _looked_at(model, pieces, which, 1)
+        (twist,) = _looked_at(model, pieces, which, 1, at_knots)
         share = np.sqrt((twist**2).sum(axis=-2)) / speeds.between(which, _BORDERS)
         used[which] = share.max(axis=(0, 1))
     return used
 
 
-def _looked_at(model: Model, pieces: Pieces, which: Places, orders: int) -> list[Numbers]:
+def _jacobians(model: Model, pieces: Pieces, held: Flags) -> Numbers:
+    """The TCP's Jacobians `(6, n, pieces + 1)` at the knots of the pieces `held` `(pieces,)`; 0 at the others."""
+    at = np.flatnonzero(np.append(held, False) | np.append(False, held))
+    found = np.zeros((6, pieces.coefficients.shape[2], len(pieces.knots)))
+    if len(at):
+        found[..., at] = np.moveaxis(model.jacobian(pieces.position(pieces.knots[at])), 0, -1)
+    return found
+
+
+def _looked_at(model: Model, pieces: Pieces, which: Places, orders: int, at_knots: Numbers) -> list[Numbers]:
     """Twist and derivatives, so many in all and `(17, 2, 3, k)` each, at places of pieces `which` `(k,)`."""
     h = np.diff(pieces.knots)[which]
-    t = pieces.knots[which] + _PLACES[:, None] * h
-    twist = _twists(model.jacobian(pieces.position(t)), pieces.slopes(t)[0][..., None])[:, 0]
-    return [np.tensordot(rows, twist, 1) / h**order for order, rows in enumerate(_DERIVATIVES[:orders])]
+    q, qd = pieces.with_slope(pieces.knots[which] + _PLACES[:, None] * h)
+    inside = np.moveaxis(model.jacobian(q[1:-1]), (0, 1), (-2, -1))
+    ends = (at_knots[:, :, None, each] for each in (which, which + 1))
+    jacobian = np.concatenate([next(ends), inside, next(ends)], axis=2)
+    twist = np.einsum("dnpk,pkn->pdk", jacobian, qd).reshape(len(_PLACES), -1)
+    shape = len(_FINELY), 2, 3, len(which)
+    return [(rows @ twist).reshape(shape) / h**order for order, rows in enumerate(_DERIVATIVES[:orders])]
 
 
-def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds, speeds: TcpSpeeds) -> tuple[Flags, Flags]:
+def _close(
+    pieces: Pieces, held: Flags, limits: PathSpeeds, speeds: TcpSpeeds, at_knots: Numbers
+) -> tuple[Flags, Flags]:
     """Which pieces `(pieces,)` come so close to a limit of the TCP that they need to be looked at.
 
     First those `held` `(pieces,)` that come near to a limit of acceleration or jerk, then those that may exceed one of
-    `speeds`. For cubic pieces, the last of which ends at rest. What the joints' jerk takes of the TCP's is known on
-    both sides of each knot, the rest of it is smooth and told by the twists at the knots.
+    `speeds`. What the joints' jerk takes of the TCP's is known on both sides of each knot, the rest of it is smooth and
+    told by the twists at the knots: `at_knots` are the Jacobians of these pieces and of those beside them.
     """
-    looked_at = held | speeds.hold
-    if not looked_at.any():
-        return held, looked_at
-    h, (q, c1, c2, c3) = np.diff(pieces.knots), (pieces.coefficients[:, power] for power in range(4))
-    near = np.flatnonzero(np.convolve(looked_at, np.ones(4))[1:-2])  # knots of these pieces and of those beside them
-    jacobian = np.zeros((len(q) + 1, 6, q.shape[1]))
-    jacobian[near] = model.jacobian(q[near])
-    jacobian[-1] = jacobian[-2]
-    rates = np.stack([c1, 2.0 * c2, 6.0 * c3], axis=-1)
-    begin, end = _twists(jacobian[:-1], rates), _twists(jacobian[1:], rates)
+    h = np.diff(pieces.knots)
+    rates = np.ascontiguousarray(pieces.coefficients[:, 1:4].transpose(1, 2, 0)) * _FACTORIALS
+    begin, end = _twists(at_knots[..., :-1], rates), _twists(at_knots[..., 1:], rates)
     twist = np.append(begin[0], np.zeros((2, 3, 1)), axis=-1)
     after, before = begin[2], end[2]
     slope, width = np.diff(twist) / h, h[1:] + h[:-1]
@@ -110,7 +144,7 @@ def close(model: Model, pieces: Pieces, held: Flags, limits: PathSpeeds, speeds:
     speed = np.sqrt((twist[0] ** 2).sum(axis=0))
     enough = np.where(np.minimum(speed[:-1], speed[1:]) < _SLOW_M_S, _CLOSE_SLOW, _CLOSE)
     near_limit = held & (np.maximum(first, last).max(axis=0) > enough)
-    return near_limit, looked_at & (_fastest(begin, end, h) > _KEPT * speeds.least).any(axis=0)
+    return near_limit, speeds.hold & (_fastest(begin, end, h) > _KEPT * speeds.least).any(axis=0)
 
 
 def _fastest(begin: Numbers, end: Numbers, h: Numbers) -> Numbers:
@@ -130,9 +164,8 @@ def _fastest(begin: Numbers, end: Numbers, h: Numbers) -> Numbers:
 
 
 def _twists(jacobian: Numbers, rates: Numbers) -> Numbers:
-    """`(..., k, 6, n)` times `(..., k, n, m)` as `(..., m, 2, 3, k)`: arithmetic on many short vectors takes longer."""
-    moved = np.ascontiguousarray(np.swapaxes(jacobian @ rates, -1, -3))
-    return moved.reshape(*moved.shape[:-2], 2, 3, -1)
+    """`(6, n, k)` times `(m, n, k)` as `(m, 2, 3, k)`: arithmetic on many short vectors takes longer."""
+    return np.asarray(np.einsum("dnk,mnk->mdk", jacobian, rates)).reshape(len(rates), 2, 3, -1)
 
 
 def _shares(twist: Numbers, change: Numbers, jerk: Numbers, limits: PathSpeeds) -> Numbers:

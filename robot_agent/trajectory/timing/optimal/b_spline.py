@@ -25,21 +25,26 @@ def _resting(inner: Numbers, samples: Numbers) -> Numbers:
     return np.concatenate([np.repeat(samples[:1], 3, axis=0), inner, np.repeat(samples[-1:], 3, axis=0)])
 
 
-def beginning(state: Numbers, h: float) -> Numbers:
+def beginning(state: Numbers, h: float, after: float) -> Numbers:
     """The first three control points `(3, ...)` of a curve that begins in `state` `(3, ...)`.
 
-    `state` is value, first and second derivative, `h` the interval.
+    `state` is value, first and second derivative, `h` and `after` the first two intervals; those before are as the
+    first.
     """
-    value, first, second = state[0], h * state[1], h * h * state[2]
-    middle = value - second / 6.0
-    return np.stack([middle - first + second / 2.0, middle, middle + first + second / 2.0])
+    value, first, second = state
+    return np.stack(
+        [
+            value - h * first + h * h / 3.0 * second,
+            value - h * h / 6.0 * second,
+            value + (2.0 * h + after) / 3.0 * first + h * (h + after) / 6.0 * second,
+        ]
+    )
 
 
 def over(t: Numbers, samples: Numbers, start: Numbers | None = None) -> Pieces:
     """The cubic spline with knots `t` `(m,)` that passes `samples` `(m, n)` up to their fourth difference.
 
-    It is at rest at both ends, or begins in `start` `(3, n)`: value, first and second derivative. The first three knots
-    and the last three are evenly apart.
+    It is at rest at both ends, or begins in `start` `(3, n)`: value, first and second derivative.
     """
     h = np.diff(t)[:, None]
     rise = np.diff(samples, axis=0) / h
@@ -49,7 +54,7 @@ def over(t: Numbers, samples: Numbers, start: Numbers | None = None) -> Pieces:
     inner = samples[1:-1] + (slope * (after - before) - bend * before * after) / 3.0
     points = _resting(inner[1:-1], samples)
     if start is not None:
-        points[:3] = beginning(start, float(h[0, 0]))
+        points[:3] = beginning(start, *h[:2, 0].tolist())
     h = np.concatenate([h[:1], h, h[-1:]])
     width = h[:-2] + h[1:-1] + h[2:]
     change = np.diff(points[1:-1], axis=0) / width

@@ -106,7 +106,7 @@ def _first(path: JointPath, bounds: PathLimits, ramp: float, going: PathUnderWay
     squared = (1.0 - share) * known + share * squared
     s, h, rates = sampled_rise(grid, squared, rows, ramp, COARSE)
     points = softly(s)[1:]  # from rest it begins one interval later
-    points[:3] = beginning(np.array([0.0, *going.rate]), h)
+    points[:3] = beginning(np.array([0.0, *going.rate]), h, h)
     return InitialLaw.rising(points, h, np.append(rates, rates[-1]))
 
 

@@ -17,7 +17,7 @@ from robot_agent.trajectory.timing.optimal.retiming import Limited, easing
 from robot_agent.trajectory.timing.optimal.timing_law import Fitted, TimingLaw
 from robot_agent.trajectory.timing.path_limits import PathLimits, Rows, TcpSpeeds
 from robot_agent.trajectory.timing.slowdown import slower_by
-from robot_agent.trajectory.timing.tcp_use import close, speed_use, tcp_use
+from robot_agent.trajectory.timing.tcp_use import near_use
 from robot_agent.trajectory.timing.timed import Timed
 
 _GRID_STEP = 0.005
@@ -43,10 +43,8 @@ _SETTLED = (0.8, 1.05)
 time passes, which is where something small on the way makes it slow."""
 MARGIN = 1.001
 """Limits are divided by it, so that the search may stop when it is so near to them."""
-_ACCEPTED = 1.004
-"""Slowing down all of a motion by so much is better than easing it."""
 _CERTAIN = 1.0005
-"""Limits are tightened by so much more than they are exceeded."""
+"""Limits are tightened by so much more than they are exceeded; all of a motion may be slowed down by as much."""
 _EASABLE = (1.02, 1.05)
 """What has to be so much slower, or less, is not searched again but eased: after the first attempt, after others."""
 _EASINGS = 11
@@ -145,7 +143,7 @@ def _eased(model: Model, bounds: PathLimits, best: Timed, law: TimingLaw, used: 
     That is cheaper than a search, and far better than to slow down all of a motion for a few places. `best` is `law`
     slowed down, `used` `(3, intervals)` what the law uses of its limits.
     """
-    if best.pieces.duration_s <= _ACCEPTED * law.duration_s:
+    if best.pieces.duration_s <= _CERTAIN * law.duration_s:
         return best
     for _ in range(_EASINGS):
         law = TimingLaw(law.initial, law.squared * easing(used))
@@ -263,39 +261,36 @@ def _laws(initials: list[InitialLaw], rate: Numbers) -> list[TimingLaw]:
 def limit_use(model: Model, bounds: PathLimits, fitted: Fitted, initial: InitialLaw) -> Numbers:
     """The most that joints and TCP use of their limits of speed, acceleration and jerk in each interval `(3, k)`."""
     pieces, at, limits = fitted.timed.pieces, fitted.timed.parameters, bounds.limits
-    c2, c3 = np.ascontiguousarray(pieces.coefficients[:, 2:4].transpose(1, 0, 2))  # cubics
-    h = np.diff(pieces.knots)[:, None]
-    lower, upper = limits.acceleration_bounds
-    ends = [2.0 * c2, 2.0 * c2 + 6.0 * h * c3]
-    used = [
-        np.maximum(np.maximum(*ends) / upper, np.minimum(*ends) / lower).max(axis=1),
-        np.abs(6.0 * c3 / limits.jerk).max(axis=1),
-    ]
+    c2, c3 = np.ascontiguousarray(pieces.coefficients[:, 2:4].transpose(1, 2, 0))  # cubics
+    lower, upper = (each[:, None] for each in limits.acceleration_bounds)
+    begin = 2.0 * c2
+    end = begin + 6.0 * np.diff(pieces.knots) * c3
+    used = np.zeros((3, len(pieces.coefficients)))
+    used[0] = _joint_speed_use(bounds, fitted.timed)
+    used[1] = np.maximum(np.maximum(begin, end) / upper, np.minimum(begin, end) / lower).max(axis=0)
+    used[2] = (np.abs(c3) * (6.0 / limits.jerk)[:, None]).max(axis=0)
     speeds = TcpSpeeds.of(bounds, fitted.timed)
     held = share_on_path(bounds.path.stretches, at[:-1], at[1:]) > 0.0
-    near_limit, fast = close(model, pieces, held, limits.path, speeds)
-    own, *of_tcp = tcp_use(model, pieces, near_limit, limits.path)
-    by_speed = np.max([_joint_speed_use(bounds, fitted.timed), own, speed_use(model, pieces, fast, speeds)], axis=0)
+    used = np.maximum(used, near_use(model, pieces, held, limits.path, speeds))
     most = np.zeros((3, initial.intervals))
-    np.maximum.at(most[0], fitted.interval, by_speed)
-    for each, of_joints, tcp in zip(most[1:], used, of_tcp, strict=True):
-        np.maximum.at(each, fitted.interval, np.maximum(of_joints, tcp))
+    for each, of_pieces in zip(most, used, strict=True):
+        np.maximum.at(each, fitted.interval, of_pieces)
     return most
 
 
 def _joint_speed_use(bounds: PathLimits, timed: Timed) -> Numbers:
     """The most `(pieces,)` that the joints use of their speeds, each by itself and all together, in cubic pieces."""
-    c1, c2, c3 = (timed.pieces.coefficients[:, power] for power in (1, 2, 3))
-    h, s = np.diff(timed.pieces.knots)[:, None], timed.parameters
+    c1, c2, c3 = np.ascontiguousarray(timed.pieces.coefficients[:, 1:4].transpose(1, 2, 0))
+    h, s = np.diff(timed.pieces.knots), timed.parameters
     begin, half_way, around = s[:-1], (s[:-1] + s[1:]) / 2.0, np.diff(s) / _QUARTERS
     used = np.zeros(len(h))
     for rates, first, last in (
         (c1, begin - np.append(0.0, around[:-1]), begin + around),
         (c1 + h * (c2 + 0.75 * h * c3), half_way - around, half_way + around),
     ):
-        allowed = bounds.speeds(first, last)
-        each = (np.abs(rates) / allowed[:, :-3]).max(axis=1)
-        together = np.linalg.norm(rates[:, bounds.limits.turning], axis=1) / allowed[:, -1]
+        allowed = bounds.speeds(first, last).T
+        each = (np.abs(rates) / allowed[:-3]).max(axis=0)
+        together = np.sqrt((rates[bounds.limits.turning] ** 2).sum(axis=0)) / allowed[-1]
         used = np.max([used, each, together], axis=0)
     return used
 

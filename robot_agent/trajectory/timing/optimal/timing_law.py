@@ -18,14 +18,12 @@ from robot_agent.trajectory.timing.timed import Timed
 _PARTS = 8
 """Of an interval, between which time passes evenly enough to be interpolated."""
 _PIECES = 4
-"""Of the joints' spline per interval."""
+"""Of the joints' spline per interval; as many as there are places in a search from one end of it to the other."""
 _HALVINGS = 5
 _EXACT = 2e-6
 """Largest distance [rad or m] of the joints over time from the joints along the path."""
 _GAUSS_X, _GAUSS_W = (values / 2.0 for values in np.polynomial.legendre.leggauss(3))
-_PLACES = np.arange(_PARTS) / _PARTS
-_INSIDE = basis(np.add.outer(_PLACES, (0.5 + _GAUSS_X) / _PARTS).ravel())[:, 0].T
-_BEGINNING = basis(_PLACES)[:, 0].T
+_BEGINNING = basis(np.arange(_PARTS) / _PARTS)[:, 0].T
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,34 +58,44 @@ class TimingLaw:
         count = int(np.clip(math.ceil(self.compared_s / h), 8, most))
         h = self.compared_s / count
         at = self._times(count)
-        points = through(self._samples(at)[0])
+        points = through(self._samples(at))
         if start is not None:
-            points[:3] = beginning(start, h)
+            points[:3] = beginning(start, h, h)
         return InitialLaw.rising(points, h, h / np.diff(at))
 
     def timed(self, path: JointPath, start: Numbers | None = None) -> "Fitted":
         """A cubic spline of the joints, fine enough to be the path.
 
-        The joints begin at rest, or with position, velocity and acceleration `start` `(3, n)`.
+        Its knots divide each interval alike: the places at which a search keeps the limits are among them, and what one
+        interval uses of its limits does not depend on the time that others take. The joints begin at rest, or with
+        position, velocity and acceleration `start` `(3, n)`.
         """
-        count = max(8, math.ceil(_PIECES * self.initial.intervals))
-        for _ in range(_HALVINGS):
-            at = self._times(count)
-            s, interval = self._samples(np.sort(np.append(at, (at[:-1] + at[1:]) / 2.0)))
+        for halvings in range(_HALVINGS):
+            count = _PIECES << halvings
+            at, s = self._times_of(2 * count), self._parameters(2 * count)
             q = path.pieces.position(s)[:, : path.joints]
-            pieces = over(at, q[::2], start)
-            if np.abs(_halfway(pieces) - q[1::2]).max() < _EXACT:
+            pieces = over(at[::2], q[::2], start)
+            if np.abs(_between(pieces, at[1::2]) - q[1::2]).max() < _EXACT:
                 break
-            count *= 2
-        return Fitted(Timed(pieces, pieces.knots, s[::2]), interval[:-1:2])
+        return Fitted(Timed(pieces, pieces.knots, s[::2]), np.repeat(np.arange(self.initial.intervals), count))
 
     @cached_property
     def _clock(self) -> Numbers:
         """Times `(parts + 1,)` [s] at which the parts of all intervals begin, and the end."""
-        windows = np.lib.stride_tricks.sliding_window_view(self.squared, 3)
-        y = windows @ _INSIDE
+        return self._times_of(_PARTS)
+
+    def _times_of(self, parts: int) -> Numbers:
+        """The same for so many parts of each interval."""
+        inside = basis(np.add.outer(np.arange(parts) / parts, (0.5 + _GAUSS_X) / parts).ravel())[:, 0].T
+        y = np.lib.stride_tricks.sliding_window_view(self.squared, 3) @ inside
         steps = (1.0 / np.sqrt(y)).reshape(-1, len(_GAUSS_W)) @ _GAUSS_W
-        return np.append(0.0, np.cumsum(steps * self.initial.h / _PARTS))
+        return np.append(0.0, np.cumsum(steps * self.initial.h / parts))
+
+    def _parameters(self, parts: int) -> Numbers:
+        """Parameters `(intervals * parts + 1,)` at these times."""
+        number = np.arange(self.initial.intervals * parts + 1)
+        interval = np.minimum(number // parts, self.initial.intervals - 1)
+        return self.initial.places(interval, number / parts - interval)
 
     @cached_property
     def _paced(self) -> tuple[Numbers, Numbers]:
@@ -107,8 +115,8 @@ class TimingLaw:
         times[-1] = clock[-1]
         return np.asarray(times)
 
-    def _samples(self, at: Numbers) -> tuple[Numbers, NDArray[np.intp]]:
-        """Parameters and intervals `(k,)` at times `(k,)` [s]."""
+    def _samples(self, at: Numbers) -> Numbers:
+        """Parameters `(k,)` at times `(k,)` [s]."""
         clock = self._clock
         part = np.clip(np.searchsorted(clock, at, side="right") - 1, 0, len(clock) - 2)
         after, step, width = at - clock[part], np.diff(clock)[part], self.initial.h / _PARTS
@@ -119,10 +127,10 @@ class TimingLaw:
         x = after / step
         share = x * x * (3.0 - 2.0 * x) + step / width * x * (1.0 - x) * ((1.0 - x) * first - x * last)
         interval, number = np.divmod(part, _PARTS)
-        return self.initial.places(interval, (number + np.clip(share, 0.0, 1.0)) / _PARTS), interval
+        return self.initial.places(interval, (number + np.clip(share, 0.0, 1.0)) / _PARTS)
 
 
-def _halfway(pieces: Pieces) -> Numbers:
-    """Values `(p, n)` in the middle of each cubic piece."""
-    x, c = np.diff(pieces.knots)[:, None] / 2.0, pieces.coefficients
+def _between(pieces: Pieces, at: Numbers) -> Numbers:
+    """Values `(p, n)` at times `(p,)`, one in each cubic piece."""
+    x, c = (at - pieces.knots[:-1])[:, None], pieces.coefficients
     return np.asarray(c[:, 0] + x * (c[:, 1] + x * (c[:, 2] + x * c[:, 3])))
