@@ -65,22 +65,30 @@ class JogAside:
             self._go_on(by_robot, robot, self._aside[robot], done)
 
     def _go_on(self, states: Mapping[str, RobotState], robot: str, aside: _Aside, done: set[str]) -> None:
-        mode, now = states[robot].mode, self._facts.now
-        held_s = None if aside.held_at is None else now - aside.held_at
-        in_the_way = any(other in states and robot in _named(states[other]) for other in aside.others)
-        if held_s is None and mode in (Mode.RUNNING, Mode.RETURNING):
-            self._order(robot, Halt())
-        elif (held_s is None and mode is Mode.HALTED) or (
-            held_s is not None and held_s > _HELD_S + _SEEN_S and in_the_way and aside.keys < _KEYS
-        ):
-            axis, speed = self._away(robot, aside)
-            hold_key(self._world, self._by, robot, axis, speed, _HELD_S, lets_go=True)
-            aside.keys, aside.held_at = aside.keys + 1, now
-        elif held_s is None or held_s > _HELD_S + (_SEEN_S if done >= set(aside.others) else _PASSED_S):
+        mode = states[robot].mode
+        if aside.held_at is None:
+            if mode is Mode.HALTED:
+                self._press(robot, aside)
+            elif mode in (Mode.RUNNING, Mode.RETURNING):
+                self._order(robot, Halt())
+            else:
+                del self._aside[robot]
+            return
+        let_go_s = self._facts.now - aside.held_at - _HELD_S
+        if let_go_s <= _SEEN_S:
+            return
+        if aside.keys < _KEYS and any(robot in _named(states[other]) for other in aside.others if other in states):
+            self._press(robot, aside)
+        elif let_go_s > _PASSED_S or done >= set(aside.others):
             del self._aside[robot]
 
+    def _press(self, robot: str, aside: _Aside) -> None:
+        axis, speed = self._away(robot, aside)
+        hold_key(self._world, self._by, robot, axis, speed, _HELD_S, lets_go=True)
+        aside.keys, aside.held_at = aside.keys + 1, self._facts.now
+
     def _away(self, robot: str, aside: _Aside) -> tuple[str, float]:
-        """A key that leads no nearer to the others: the one that leads farthest, after that the next one."""
+        """The key that leads farthest from the others and no nearer on the way, after that the next one."""
         model = self._world.models[robot]
         stands = model.coupling.joints(self._facts.measured(robot)[None])[0]
         here, found = self._distance(robot, stands[None], aside.others)[0], []
@@ -88,10 +96,9 @@ class JogAside:
             for speed in (1.0, -1.0) * np.array(_LINEAR_SPEED if model.linear[joint] else _SPEED):
                 way = stands + np.outer(speed * _HELD_S * _LOOKS, np.eye(model.n)[joint])
                 distances = self._distance(robot, np.clip(way, *model.limits.position.T), aside.others)
-                if (distances >= here).all():
-                    found.append((distances[-1], name, float(speed)))
+                found.append((bool((distances >= here).all()), distances[-1], name, float(speed)))
         found.sort(reverse=True)
-        return found[aside.keys % len(found)][1:]
+        return found[aside.keys % len(found)][2:]
 
     def _distance(self, robot: str, way: Floats, others: tuple[str, ...]) -> Floats:
         """Of the bodies, at joints `(m, n)` [m]."""

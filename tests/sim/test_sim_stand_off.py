@@ -90,8 +90,9 @@ def test_who_waits_for_one_that_moves_or_has_ended_is_left_alone() -> None:
 
 
 _TO_ONE_PLACE = """MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
-ML X=2000 Y=0 Z=1250 A=0 B=90 C=0 F=1500
+ML X=2000 Y=0 Z=1250 A=0 B=90 C=0 F=300
 """
+"""So slowly that neither is there before the other one is in its way, whoever begins first."""
 
 
 def test_where_no_way_back_frees_them_one_is_jogged_aside_and_the_other_gets_through(tmp_path: Path) -> None:
