@@ -134,7 +134,10 @@ def _sag(servo: Servo, counts_per_rad: float) -> None:
     servo.interpolate = sagging  # type: ignore[method-assign]
 
 
-UP_AND_DOWN = "MJ J1=10 J2=10 J3=10\nML Z=-750 F=2000\n" + "ML Z=-620\nML Z=-730\nML Z=-610\nML Z=-710\n" * 3 + "END\n"
+UP_AND_DOWN = "MJ J1=10 J2=10 J3=10\nML Z=-750 F=2000\n" + "".join(
+    f"ML Z={-750 + stroke}\nML Z=-750\n" for stroke in (20, 30, 40, 50, 60, 70, 80, 90, 100, 120)
+)
+"""Strokes of many lengths: for some of them the drives are just behind the turn."""
 
 
 def drives_behind(cycles: int, folder: Path) -> None:
