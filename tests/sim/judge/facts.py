@@ -287,6 +287,10 @@ class Facts:
     def presence_fresh(self, robot: str) -> bool:
         return self.presence_age(robot) < self.cell.times.fresh_s + 1e-3
 
+    def presence_surely_fresh(self, robot: str) -> bool:
+        """And not within 1 ms of the limit, where a manager may see it either way."""
+        return self.presence_age(robot) < self.cell.times.fresh_s - 1e-3
+
     def call_age(self, call: Call, name: str) -> float:
         """How old [s] the state of the addressee is that a call answers."""
         heard = call.heard

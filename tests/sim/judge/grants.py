@@ -446,7 +446,7 @@ class ClaimsAreHonoured(_OfManager):
         if news.decided or zone in self._decided_at:
             return
         facts, presences = self.facts, self.facts.told["manager"].presences
-        if not all(facts.presence_fresh(robot) for robot in facts.robots):
+        if not all(facts.presence_surely_fresh(robot) for robot in facts.robots):
             return
         if before is not None and before.token is not None and before.token.epoch == state.epoch:
             return
@@ -460,7 +460,7 @@ class ClaimsAreHonoured(_OfManager):
                 for each in others
                 if zone in each.holds or Shown(each, 0.0, 0.0).touches(zone, facts.boxes[zone])
             ]
-            if facts.presence_fresh(robot) and not rivals and status.holder != robot:
+            if not rivals and status.holder != robot:
                 what = f"{robot} alone says to hold zone {zone} by {token}; the manager calls it {status.state.value}"
                 self.broken("manager", f"{what}, held by {status.holder or 'nobody'}")
 
