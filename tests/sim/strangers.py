@@ -22,6 +22,7 @@ from cell.messages import (
 )
 from tests.sim.item import Item, Stage
 from tests.sim.judge.facts import STRANGER, Shown, rest_row
+from tests.sim.world import World
 
 WRONG_DIGEST = "0" * 64
 GUEST = "guest"
@@ -133,22 +134,38 @@ class SaidAgain(Item):
         if facts.now > until or feedback.owner != owner:
             return
         stage.world.clock.after(_AGAIN_S, self._again, stage, event, owner, until)
-        if not feedback.enabled or newest.owner != feedback.owner or newest.program or rest_row(newest) > 0:
+        if not feedback.enabled or not _halted(newest, owner):
             return
         if not feedback.outputs >> event.output & 1:
-            self._say(stage, event)
+            stage.world.on_published.append(_Doubled(stage.world, self.robot, event))
         else:
             switch = SwitchOutput(self.robot, "gripper", False, self.by)
             stage.world.operate(facts.gateway_of(self.robot), switch, self.by)
 
-    def _say(self, stage: Stage, event: OutputEvent) -> None:
-        facts = stage.facts
-        feedback, newest = facts.feedback[self.robot], facts.newest_block[self.robot].message
-        tick = feedback.tick + max(4, round(_LEAD_S / newest.dt_s))
-        again = replace(event, tick=tick)
-        nominal = max(1, newest.nominal)
-        block = replace(newest, sequence=newest.sequence + 1, first_tick=tick, nominal=nominal, events=(again,))
-        stage.world.publish(block, f"double of {self.robot}")
+
+@dataclass(slots=True)
+class _Doubled:
+    """The next block of a robot comes twice, once of them with an event; whichever is first is played.
+
+    So the robot's agent is right about where a block of its number leads.
+    """
+
+    world: World
+    robot: str
+    event: OutputEvent | None
+
+    def __call__(self, _name: str, message: object) -> None:
+        if self.event is None or not isinstance(message, SetpointBlock) or message.robot != self.robot:
+            return
+        event, self.event = replace(self.event, tick=message.first_tick), None
+        if _halted(message, message.owner):
+            block = replace(message, nominal=max(1, message.nominal), events=(event,))
+            self.world.publish(block, f"double of {self.robot}")
+
+
+def _halted(block: SetpointBlock, owner: int) -> bool:
+    """This owner's robot stands, and runs no program."""
+    return block.owner == owner and not block.program and rest_row(block) == 0
 
 
 @dataclass(frozen=True, slots=True)
