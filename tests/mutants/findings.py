@@ -1,6 +1,6 @@
 """Faults of which a first version of the simulation of the whole cell found none: deadly ones, one line each."""
 
-from tests.mutants.mutant import Edit, Mutant
+from tests.mutants.mutant import Bench, Edit, Mutant
 
 ZONES = "cell/manager/zones.py"
 CLAIMS = "robot_agent/agent/zones/zone_claims.py"
@@ -52,6 +52,7 @@ FINDINGS = (
             Edit("cell/manager/presences.py", "        self._sent.forget()\n", "        pass\n"),
             Edit(CLAIMS, "        self.sent.forget()\n", "        pass\n"),
         ),
+        bench=Bench.SCENE,
     ),
     Mutant(
         "old-news-accepted",

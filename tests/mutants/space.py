@@ -162,9 +162,7 @@ SPACE = (
         "no-stray",
         "sections have no room for a quick stop that leaves the path",
         (Edit(SECTIONS, "    radii = path.radii + stray\n", "    radii = path.radii + 0.0 * stray\n"),),
-        "only a drive that fails brakes off the path in a simulated cell, and that is excused; the tests of sections "
-        "see it",
-        bench=Bench.ROOM,
+        bench=Bench.SCENE,
     ),
     Mutant(
         "no-chord",

@@ -1,6 +1,6 @@
 """Whole cells in which one certain thing happens that generated cells hardly ever come to; judged as these are.
 
-python -m tests.sim.scenes --seeds 0:5
+python -m tests.sim.scenes --seeds 0:7
 """
 
 import logging
@@ -24,6 +24,7 @@ from tests.sim.judge import Broken, Judge
 from tests.sim.staff import Staff
 from tests.sim.two_zones import PAUSE, two_zones
 from tests.sim.world import World, load_bundle
+from tests.unit.config_world import Copy
 
 
 class Scene:
@@ -61,6 +62,13 @@ class Scene:
     def zone(self, name: str) -> ZoneStatus:
         assert self.world.seen.manager is not None
         return self.world.seen.manager.zones[name]
+
+    def occupied(self, zone: str) -> bool:
+        return self.zone(zone).state is ZoneState.OCCUPIED
+
+    def fastest(self, robot: str) -> float:
+        """How fast its fastest axis is measured [rad/s or m/s]."""
+        return float(abs(self.facts.feedback[robot].velocity).max())
 
     def apart_m(self, one: str, other: str) -> float:
         """How far their bodies are apart, by the simulated drives."""
@@ -205,7 +213,7 @@ def halted_in_a_zone(folder: Path) -> None:
         scene.until(f"{robot} is off", lambda robot=robot: scene.mode(robot) is Mode.DISABLED)
         scene.order(robot, Enable(), Mode.READY)
     scene.order("left", Run(), Mode.RUNNING)
-    scene.until("left is inside", lambda: scene.zone("north").state is ZoneState.OCCUPIED)
+    scene.until("left is inside", lambda: scene.occupied("north"))
     scene.world.clock.run_until(scene.world.clock.now + 0.3)  # it is in there to stay, and not only touches it
     scene.order("left", Halt(), Mode.HALTED)
     scene.until("left wants no second zone", lambda: scene.zone("south").state is ZoneState.FREE)
@@ -216,12 +224,59 @@ def halted_in_a_zone(folder: Path) -> None:
     scene.done()
 
 
+def stood_still(folder: Path) -> None:
+    """A manager, and an agent, that stand still for less time than a presence is fresh for have to hear new ones."""
+    cell = two_zones(folder, "", PAUSE)
+    cell.write_text(cell.read_text().replace("times: {", "times: {fresh_s: 0.6, "))
+    scene = Scene(cell)
+    for seconds in (0.3, 0.4, 0.5):
+        for process in ("manager", "robot/left", "robot/right"):
+            scene.until("somebody is in a zone", lambda: any(map(scene.occupied, ("north", "south"))))
+            scene.world.freeze(process, seconds)
+            scene.world.clock.run_until(scene.world.clock.now + 2.0 * seconds)
+    scene.done()
+
+
+SWINGS = (
+    "MJ J1=0 J2=0 J3=20 J4=0 J5=37 J6=0 F=100\n"
+    "LABEL again\nMJ J1=60 J2=60 F=100\nMJ J1=-60 J2=-60 F=100\nGOTO again 5\n"
+)
+_HARDWARE, _GENERIC = 0x5000, 0x01
+
+
+def stopped_unheard(folder: Path) -> None:
+    """A node reports an error and goes on, so all drives of the arm brake, each as hard as it can. Two do that much
+    harder than the others, which leads off the path; and the agent stands still, and does not say so."""
+    scene = Scene(apart_cell(folder, {"left": SWINGS, "right": "WAIT 1\n"}, drives=_two_brake_harder))
+    clock, facts = scene.world.clock, scene.facts
+    nodes = list(scene.world.buses[facts.gateway_of("left")].nodes.values())
+    for node in nodes:
+        scene.until("left swings", lambda: scene.mode("left") is Mode.RUNNING and scene.fastest("left") > _FAST)
+        scene.world.freeze("robot/left", 0.6)
+        clock.run_until(clock.now + 0.02)
+        node.emergencies.say(_HARDWARE, _GENERIC)
+        clock.run_until(clock.now + 1.0)
+        node.emergencies.say(0, 0)
+    scene.done()
+
+
+_FAST = 2.5
+"""[rad/s]"""
+
+
+def _two_brake_harder(copy: Copy) -> None:
+    for deceleration in (550, 650):
+        copy.change("two_arms/left_drives.yaml", f"quick_stop: {deceleration}", "quick_stop: 4000")
+
+
 SCENES: dict[str, Callable[[Path], None]] = {
     "a robot is pushed too near": pushed_too_near,
     "drives that sag": drives_that_sag,
     "drives a little behind": partial(drives_behind, 8),
     "drives far behind": partial(drives_behind, 20),
     "halted in a zone": halted_in_a_zone,
+    "processes that stand still": stood_still,
+    "drives that brake unheard": stopped_unheard,
 }
 
 
