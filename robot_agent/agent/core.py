@@ -596,7 +596,6 @@ class AgentCore:
         state = self.report.state(
             self.mode, self.run, heard, self.executive, planner, pace, zones, waits, alarms
         )  # fmt: skip
-        self.operator.sent_state(state.sequence, now)
         frames = {frame.frame: frame.version for frame in self._frames.present}
         program, clock = self.waits.told(state.program), self.clock.status(now)
         virtual = None if self._virtual is None else self._virtual.status
@@ -604,4 +603,5 @@ class AgentCore:
             state, program=program, frames=frames, tool=self.mounted.tool, part=self.mounted.part, clock=clock,
             forced=dict(self.forced.on), virtual=virtual, parameters=self.parameters.status(now),
         )  # fmt: skip
+        self.operator.sent_state(state, now)
         return Publish(state)

@@ -32,7 +32,7 @@ class Bench(Enum):
     """One agent with programs that ask and count."""
     BODY = "tests.sim.body_checker", 160
     """One body at a time among things and spaces, against brute force."""
-    SCENE = "tests.sim.scenes", 7
+    SCENE = "tests.sim.scenes", 8
     """Whole cells in which one certain thing happens that generated cells hardly ever come to."""
 
     def __init__(self, module: str, seeds: int, *options: str) -> None:

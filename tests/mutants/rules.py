@@ -1,7 +1,7 @@
 """One fault for each rule of docs/architecture.md: 4.1 (zones), 5.1 (how blocks join), 6 (deadlines)."""
 
 from tests.mutants.findings import CLAIMS, CORE, ZONES
-from tests.mutants.mutant import Edit, Mutant
+from tests.mutants.mutant import Bench, Edit, Mutant
 
 PLAYOUT = "drive_gateway/gateway/playout/playout.py"
 JOINING = "drive_gateway/gateway/playout/joining.py"
@@ -348,6 +348,12 @@ RULES = (
         "old-order-carried-out",
         "an operator's order is carried out however old it is",
         (Edit("robot_agent/agent/operator/operator.py", "        if age_s > self._command_s:", "        if False:"),),
+    ),
+    Mutant(
+        "wanted-while-stopped",
+        "what an operator wanted under an emergency stop is carried out when that has just been reset",
+        (Edit("robot_agent/agent/operator/operator.py", " and seen <= self._stopped_in:", " and False:"),),
+        bench=Bench.SCENE,
     ),
     Mutant(
         "estop-confirmed-in-motion",

@@ -1,6 +1,6 @@
 """Whole cells in which one certain thing happens that generated cells hardly ever come to; judged as these are.
 
-python -m tests.sim.scenes --seeds 0:7
+python -m tests.sim.scenes --seeds 0:8
 """
 
 import logging
@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from cell.geometry import capsule_distance
-from cell.messages import Command, Continue, Enable, Halt, Mode, ProgramState, Run, ZoneState, ZoneStatus
+from cell.messages import Command, Continue, Enable, Estop, Halt, Mode, ProgramState, Run, ZoneState, ZoneStatus
 from drive_gateway.sim.axis.servo import Servo
 from robot_agent.workspace import FOLLOWING_M
 from tests.sim.apart_cell import QUIET, apart_cell
@@ -269,6 +269,25 @@ def _two_brake_harder(copy: Copy) -> None:
         copy.change("two_arms/left_drives.yaml", f"quick_stop: {deceleration}", "quick_stop: 4000")
 
 
+def wanted_while_stopped(folder: Path) -> None:
+    """Somebody to whom all of the robot comes late wants its drives on, when another one has just ended the emergency
+    stop."""
+    scene = Scene(apart_cell(folder, {"left": SWINGS, "right": "WAIT 1\n"}))
+    world = scene.world
+    world.operator("anna")
+    scene.until("left swings", lambda: scene.mode("left") is Mode.RUNNING and scene.fastest("left") > _FAST)
+    scene.staff.working = False
+    world.raise_estop(Estop("drawn", True, "bert", "drawn"), "bert")
+    scene.until("all is off", lambda: all(each.estop_confirmed for each in world.seen.gateways.values()))
+    world.network.delay("robot/left", "anna", 0.5, 0.5)
+    scene.staff.reset_estop("bert")
+    scene.until("the stop is over", lambda: not any(each.estop_confirmed for each in world.seen.gateways.values()))
+    world.operate("robot/left", Enable(), "anna")
+    world.clock.run_until(world.clock.now + 0.2)
+    scene.staff.working = True
+    scene.done()
+
+
 SCENES: dict[str, Callable[[Path], None]] = {
     "a robot is pushed too near": pushed_too_near,
     "drives that sag": drives_that_sag,
@@ -277,6 +296,7 @@ SCENES: dict[str, Callable[[Path], None]] = {
     "halted in a zone": halted_in_a_zone,
     "processes that stand still": stood_still,
     "drives that brake unheard": stopped_unheard,
+    "wanted while it was stopped": wanted_while_stopped,
 }
 
 

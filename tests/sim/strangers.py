@@ -137,7 +137,7 @@ class SaidAgain(Item):
         if not feedback.enabled or not _halted(newest, owner):
             return
         if not feedback.outputs >> event.output & 1:
-            stage.world.on_published.append(_Doubled(stage.world, self.robot, event))
+            stage.world.on_published.append(_Doubled(stage.world, self.robot, owner, event))
         else:
             switch = SwitchOutput(self.robot, "gripper", False, self.by)
             stage.world.operate(facts.gateway_of(self.robot), switch, self.by)
@@ -145,20 +145,21 @@ class SaidAgain(Item):
 
 @dataclass(slots=True)
 class _Doubled:
-    """The next block of a robot comes twice, once of them with an event; whichever is first is played.
+    """The next block of a robot's owner comes twice, once of them with an event; whichever is first is played.
 
     So the robot's agent is right about where a block of its number leads.
     """
 
     world: World
     robot: str
+    owner: int
     event: OutputEvent | None
 
     def __call__(self, _name: str, message: object) -> None:
         if self.event is None or not isinstance(message, SetpointBlock) or message.robot != self.robot:
             return
         event, self.event = replace(self.event, tick=message.first_tick), None
-        if _halted(message, message.owner):
+        if _halted(message, self.owner):
             block = replace(message, nominal=max(1, message.nominal), events=(event,))
             self.world.publish(block, f"double of {self.robot}")
 

@@ -5,12 +5,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from cell.commands.checks import CellBundle
 from cell.messages import Enable, Heard, Jog, JogFrame, JogHeld, Mode
 from robot_agent.agent.operator.jogging import HELD_S
 from tests.sim.invariants import Invariants
-from tests.sim.network import Weather
 from tests.sim.scenario import WORSE
-from tests.sim.world import World, load_bundle
+from tests.sim.world import World
 
 KEY_S = 0.03
 ORDER_S = 0.3
@@ -47,8 +47,8 @@ def wait(world: World, done: Callable[[], bool], longest_s: float) -> None:
     assert world.clock.run_until(world.clock.now + longest_s, done), world.seen.robots
 
 
-def enabled(seed: int, weather: Weather, robots: tuple[str, ...] = ("left",)) -> tuple[World, Invariants]:
-    world = World(load_bundle(), seed, weather)
+def enabled(bundle: CellBundle, seed: int, robots: tuple[str, ...] = ("left",)) -> tuple[World, Invariants]:
+    world = World(bundle, seed, WORSE)
     invariants = Invariants(world, planned=False)
 
     def enable() -> None:
@@ -63,8 +63,8 @@ def enabled(seed: int, weather: Weather, robots: tuple[str, ...] = ("left",)) ->
 
 
 @pytest.mark.parametrize(("seed", "axis"), [(0, "J1"), (1, "X")])
-def test_a_robot_whose_jog_key_is_no_longer_heard_comes_to_rest(seed: int, axis: str) -> None:
-    world, invariants = enabled(seed, WORSE)
+def test_a_robot_whose_jog_key_is_no_longer_heard_comes_to_rest(bundle: CellBundle, seed: int, axis: str) -> None:
+    world, invariants = enabled(bundle, seed)
     start = world.seen.feedback["left"].commanded
     hand = Hand(world, Jog("press", axis, 0.1, JogFrame.WORLD))
     wait(world, lambda: bool(np.abs(world.seen.feedback["left"].commanded - start).max() > 0.03), 10.0)
@@ -78,8 +78,8 @@ def test_a_robot_whose_jog_key_is_no_longer_heard_comes_to_rest(seed: int, axis:
     invariants.check_at_rest()
 
 
-def test_a_dead_agent_leaves_a_jogged_robot_at_rest() -> None:
-    world, invariants = enabled(3, WORSE)
+def test_a_dead_agent_leaves_a_jogged_robot_at_rest(bundle: CellBundle) -> None:
+    world, invariants = enabled(bundle, 3)
     start = world.seen.feedback["left"].commanded
     Hand(world, Jog("press", "Z", -0.1, JogFrame.TOOL))
     wait(world, lambda: bool(np.abs(world.seen.feedback["left"].commanded - start).max() > 0.03), 10.0)
@@ -88,9 +88,9 @@ def test_a_dead_agent_leaves_a_jogged_robot_at_rest() -> None:
     invariants.check_at_rest()
 
 
-def test_two_robots_jogged_towards_the_same_zone_are_never_in_it_together() -> None:
+def test_two_robots_jogged_towards_the_same_zone_are_never_in_it_together(bundle: CellBundle) -> None:
     both = ("left", "right")
-    world, invariants = enabled(4, WORSE, both)
+    world, invariants = enabled(bundle, 4, both)
     for robot, speed in zip(both, (0.25, -0.25), strict=True):
         Hand(world, Jog(f"press {robot}", "X", speed, JogFrame.WORLD), robot)
     wait(world, lambda: any("held by" in world.seen.robots[robot].waiting_for for robot in both), 15.0)

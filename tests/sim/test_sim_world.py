@@ -40,22 +40,13 @@ from tests.sim.exchange import LEASE_S
 from tests.sim.host import Host
 from tests.sim.network import Weather
 from tests.sim.planning_worker import SimWorker
-from tests.sim.world import World, load_bundle
-from tests.unit.config_world import Copy
+from tests.sim.world import World
 from tests.unit.message_kinds import same
 
 CALM = Weather(loss=0.0, double=0.0, late=0.0)
 LEFT, LEFT_BUS = "robot/left", "gateway/left_bus"
 
 T = TypeVar("T")
-
-
-@pytest.fixture(scope="module")
-def bundle(tmp_path_factory: pytest.TempPathFactory) -> CellBundle:
-    """The two arms on slower buses."""
-    copy = Copy(tmp_path_factory.mktemp("world"))
-    copy.slow_buses()
-    return load_bundle(copy.cell)
 
 
 class Told:

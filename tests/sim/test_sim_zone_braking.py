@@ -89,7 +89,7 @@ def test_a_zone_that_its_holder_brakes_into_after_a_fault_is_not_given_away(tmp_
 def test_a_robot_that_stands_in_a_zone_with_its_drives_on_is_no_breach_for_a_manager_that_starts(
     tmp_path: Path,
 ) -> None:
-    copy = Copy(tmp_path)
+    copy = Copy(tmp_path).slow_buses()
     pose = "pose: {X: %s, Y: 0, Z: 1400, A: 0, B: 0, C: 0}"
     copy.change("two_arms/cell.yaml", pose % 0, pose % -1000)
     world = World(load_bundle(copy.cell), 1, Weather(0.0, 0.0, 0.0))

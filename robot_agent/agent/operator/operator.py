@@ -19,6 +19,7 @@ from cell.messages import (
     Reply,
     ResetDrives,
     Return,
+    RobotState,
     Run,
     Step,
     Stop,
@@ -43,10 +44,15 @@ from robot_agent.agent.operator.teaching import Teaching
 
 _WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog, Go)
 """What needs drives that stay switched on."""
+_STOPPED = (Mode.ESTOP, Mode.FAULT)
 
 
 class OperatorCalls:
-    """Answers operators. A call whose echo is older than `command_s` is refused, but `halt`, `stop` and `who`."""
+    """Answers operators.
+
+    A call whose echo is older than `command_s` is refused, but `halt`, `stop` and `who`; one that lets the robot move,
+    too, when its echo is of before the end of an emergency stop or of a fault.
+    """
 
     def __init__(
         self,
@@ -66,6 +72,8 @@ class OperatorCalls:
         self._teaching = teaching
         self._loading = loading
         self._states = Sent(boot)
+        self._stopped_in = 0
+        """The newest state that was sent under an emergency stop or in a fault."""
         self._requests: deque[Request] = deque()
         self._outcomes: deque[tuple[Switching, bool, str]] = deque()
         self._resets: set[str] = set()
@@ -87,9 +95,11 @@ class OperatorCalls:
         """The gateway has just said that the drives are off; this counts with the next `answer`."""
         return any(ok and isinstance(switching.command, DisableDrives) for switching, ok, _ in self._outcomes)
 
-    def sent_state(self, sequence: int, now: float) -> None:
-        """A robot state with `sequence` is sent at `now`: calls that echo it are as young as that."""
-        self._states.record(sequence, now)
+    def sent_state(self, state: RobotState, now: float) -> None:
+        """A robot state is sent at `now`: calls that echo it are as young as that."""
+        self._states.record(state.sequence, now)
+        if state.mode in _STOPPED:
+            self._stopped_in = state.sequence
 
     def age_of(self, heard: Heard, now: float) -> float:
         """Age [s] of what an operator made in view of the robot state `heard`; infinite when it is no longer known."""
@@ -191,15 +201,25 @@ class OperatorCalls:
         if isinstance(command, Stop):
             return self._decisions.stop(mode, situation)
         age_s = self._states.age(call.heard, now)
-        if age_s > self._command_s:
-            return Refused(
-                f"the call is too old to be carried out: it answers a state of {self._robot} that is "
-                f"{'no longer known' if age_s == float('inf') else f'{age_s:.2f} s old'}, "
-                f"{self._command_s:g} s are allowed; look at the robot, then call again"
-            )
+        if why := self._too_old(call, age_s, mode):
+            text = f"the call is too old to be carried out: it answers a state of {self._robot} {why}"
+            return Refused(f"{text}; look at the robot, then call again")
         if self._link.switching_off and isinstance(command, _WITH_DRIVES):
             return Refused(f"{self._robot} is being switched off: when it is disabled, `cell enable {self._robot}`")
         return self._decisions.decide(command, mode, situation, now, now - age_s)
+
+    def _too_old(self, call: Call, age_s: float, mode: Mode) -> str:
+        """What is wrong with the state that a call answers; empty for nothing.
+
+        Whoever wanted a robot to move while it was stopped did not see that it no longer is.
+        """
+        if age_s > self._command_s:
+            known = "that is no longer known" if age_s == float("inf") else f"that is {age_s:.2f} s old"
+            return f"{known}, {self._command_s:g} s are allowed"
+        seen = 0 if call.heard is None else call.heard.sequence
+        if isinstance(call.command, _WITH_DRIVES) and mode not in _STOPPED and seen <= self._stopped_in:
+            return "in which it was stopped"
+        return ""
 
     def _who(self) -> str:
         return f"agent of robot {self._robot}, boot {self._boot}"

@@ -16,11 +16,13 @@ from cell.messages import (
     ForceOutput,
     Jog,
     ManagerState,
+    Mode,
     Release,
     Reply,
     ResetEstop,
     ResetRobot,
     Return,
+    RobotState,
     Run,
     SetEstop,
     SetManual,
@@ -38,19 +40,24 @@ _DATED = (
     SwitchOutput,
 )  # fmt: skip
 """What moves, releases or switches something."""
+_MOVES = (Enable, Run, Continue, Return, Step, Jog)
+_STOPPED = (Mode.ESTOP, Mode.FAULT)
 _LATER_S = 0.02
 _BETWEEN_STATES_S = 0.2
 """A gateway's states are so far apart: what an operator has seen of it may be older by that."""
 
 
 class OrdersInTime(Invariant):
-    """An order is carried out within its deadline, by what its caller had seen, or never; and once."""
+    """An order is carried out within its deadline, by what its caller had seen, or never; and once. A robot moves for
+    nobody who had seen it no later than under an emergency stop or in a fault."""
 
     name = "orders are carried out in time and once"
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._asked: dict[tuple[str, str], tuple[Call, float]] = {}
+        self._stopped_in: dict[str, int] = {}
+        """By boot of an agent: the newest state in which its robot was stopped."""
         self._done: set[tuple[str, str]] = set()
 
     @property
@@ -59,12 +66,23 @@ class OrdersInTime(Invariant):
 
     @property
     def published(self) -> Handlers:
-        return {Reply: self._reply}
+        return {Reply: self._reply, RobotState: self._state}
+
+    def _state(self, _: str, state: RobotState) -> None:
+        if state.mode in _STOPPED:
+            self._stopped_in[state.boot] = state.sequence
 
     def _call(self, name: str, request: Request) -> None:
         call = request.call
         if isinstance(call, Call) and isinstance(call.command, _DATED):
-            self._asked[self.facts.told[name].boot, call.id] = call, self.facts.call_age(call, name)
+            age_s = inf if self._saw_it_stopped(call) else self.facts.call_age(call, name)
+            self._asked[self.facts.told[name].boot, call.id] = call, age_s
+
+    def _saw_it_stopped(self, call: Call) -> bool:
+        """Or no later; what is carried out nevertheless is as bad as if nothing had been seen."""
+        if call.heard is None or not isinstance(call.command, _MOVES):
+            return False
+        return call.heard.sequence <= self._stopped_in.get(call.heard.boot, 0)
 
     def _reply(self, name: str, reply: Reply) -> None:
         key = self.facts.told[name].boot, reply.id
@@ -73,7 +91,8 @@ class OrdersInTime(Invariant):
         call, age_s = self._asked[key]
         apart_s = _BETWEEN_STATES_S if name.startswith("gateway/") else 0.0
         if age_s > self.facts.cell.times.command_s + apart_s + _LATER_S:
-            seen = "a state that it never sent" if age_s == inf else f"a state that was {age_s:.2f} s old"
+            unseen = "nothing that it has sent since it was stopped, if anything"
+            seen = unseen if age_s == inf else f"a state that was {age_s:.2f} s old"
             self.broken(name, f"it has carried out `{call.command.verb}` of a caller who had seen {seen}")
         if key in self._done:
             self.broken(name, f"it has carried out `{call.command.verb}`, call {call.id}, twice")

@@ -360,6 +360,36 @@ def test_an_emergency_stop_brakes_and_only_an_operator_starts_again() -> None:
     until(world, ended(world))
 
 
+@pytest.mark.parametrize("command", [Run(), Continue(), Enable(), Step()])
+@pytest.mark.parametrize("faulty", [False, True])
+def test_what_an_operator_wanted_while_the_robot_was_stopped_is_not_carried_out_once_it_no_longer_is(
+    command: Command, faulty: bool
+) -> None:
+    world = running(SHORT)
+    world.run(0.5)
+    if faulty:
+        world.feedback_lost = True
+        until(world, lambda: world.state.mode is Mode.FAULT)
+        world.feedback_lost = False
+        world.run(0.5)
+    else:
+        world.agent.receive(Estop("e1", True, "test", "a hand in the cell"), world.now)
+        until(world, at_rest(world))
+    stopped = Heard(world.state.boot, world.state.sequence)
+    if faulty:
+        world.call(ResetRobot())
+        world.run(0.1)
+    else:
+        world.agent.receive(Estop("e1", False, "test", ""), world.now)
+    id = world.call(command, stopped)
+    world.step()
+    assert not world.replies[id].ok
+    assert "a state of left in which it was stopped" in world.replies[id].text
+    world.run(0.3)
+    assert world.state.mode is Mode.HALTED
+    assert at_rest(world)()
+
+
 def test_with_several_stops_the_robot_stays_stopped_until_the_last_is_cleared() -> None:
     world = running(SHORT)
     for stop in ("e1", "e2"):
