@@ -40,7 +40,7 @@ from tests.sim.exchange import LEASE_S
 from tests.sim.host import Host
 from tests.sim.network import Weather
 from tests.sim.planning_worker import SimWorker
-from tests.sim.world import World
+from tests.sim.world import World, load_bundle
 from tests.unit.message_kinds import same
 
 CALM = Weather(loss=0.0, double=0.0, late=0.0)
@@ -296,8 +296,8 @@ def test_the_drives_of_a_killed_gateway_stop_and_a_restarted_one_finds_them_so(b
     assert places(world) == stopped
 
 
-def test_frames_take_their_time_on_the_wire(bundle: CellBundle) -> None:
-    world = calm(bundle)
+def test_frames_take_their_time_on_the_wire() -> None:
+    world = calm(load_bundle())
     world.kill(LEFT_BUS)
     port, frames = SimPort(world.buses[LEFT_BUS], world.clock), list[CanFrame]()
     port.opened(None, frames.append, print)

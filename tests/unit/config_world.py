@@ -40,9 +40,11 @@ class Copy:
         return self
 
     def slow_buses(self, cell: str = "two_arms") -> "Copy":
-        """Cycles of 20 ms instead of 4, for tests in which the bus matters less than the time that they take."""
+        """Cycles of 20 ms instead of 4, and frames that are there at once, for tests in which the bus matters less than
+        the time that they take."""
         for side in ("left", "right"):
             self.change(f"{cell}/{side}_drives.yaml", "cycle_s: 0.004", "cycle_s: 0.02")
+            self.change(f"{cell}/{side}_drives.sim.yaml", "wire_time: true", "wire_time: false")
         return self.change(f"{cell}/cell.yaml", "times: {", "times: {lead_s: 0.05, nominal_s: 0.16, ")
 
     def place(self, name: str, at: str) -> str:

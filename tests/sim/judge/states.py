@@ -75,6 +75,8 @@ class ModesHaveCauses(Invariant):
         self._mode[state.robot] = state.boot, state.mode, self.facts.now
         calls = {type(call.command) for at, call in self.facts.told[name].calls if at >= since - 0.1}
         way = f"from {before.value} to {state.mode.value}"
+        if before is Mode.DISABLED and self._has_torque(state.robot):
+            before = Mode.READY  # or halted, or off its path, within this step
         if before in _WAYS_OUT and state.mode not in _WAYS_OUT[before]:
             self.broken(state.robot, f"it went {way}")
         stopped_at = self._stopped_at[state.robot]
@@ -86,6 +88,10 @@ class ModesHaveCauses(Invariant):
         causes = _CAUSES.get(state.mode, ())
         if causes and (before, state.mode) not in _FROM_ITSELF and not calls & set(causes):
             self.broken(state.robot, f"it went {way}, and no operator asked for that")
+
+    def _has_torque(self, robot: str) -> bool:
+        feedback = self.facts.feedback.get(robot)
+        return feedback is not None and feedback.enabled
 
 
 class OperatorDecides(Invariant):
