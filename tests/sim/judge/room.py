@@ -296,9 +296,9 @@ class OwnedKeptApart(Invariant):
         self._owned: dict[str, Sections] = {robot: Sections() for robot in facts.robots}
         self._asked: dict[tuple[str, int, int], list[int]] = {}
         self._cleared_at: dict[str, dict[int, float]] = defaultdict(dict)
-        """By robot, when each section was last cleared for it."""
+        """By robot, when each section that is on its way was last cleared for it."""
         self._heard_at: dict[str, dict[int, float]] = defaultdict(dict)
-        """By robot, when a manager was first told that it owns a section."""
+        """By robot, since when a manager is told that it owns a section."""
         self._measured: dict[tuple[str, str], dict[tuple[int, int], float]] = defaultdict(dict)
         """By two robots and a section of each, how far these are apart [m], where that is less than the margin."""
         self._tangled: set[Pair] = set()
@@ -326,12 +326,14 @@ class OwnedKeptApart(Invariant):
 
     def _heard(self, name: str, presence: Presence) -> None:
         if name == "manager":
-            for section in presence.way.sections.ids[: presence.way.owned].tolist():
-                self._heard_at[presence.robot].setdefault(section, self.facts.now)
+            before, owned = self._heard_at[presence.robot], presence.way.sections.ids[: presence.way.owned].tolist()
+            self._heard_at[presence.robot] = {section: before.get(section, self.facts.now) for section in owned}
 
     def _said(self, _: str, presence: Presence) -> None:
         robot, way = presence.robot, presence.way
-        self._asked[robot, presence.owner, presence.sequence] = way.sections.ids[way.owned :].tolist()
+        ids, cleared = way.sections.ids.tolist(), self._cleared_at[robot]
+        self._asked[robot, presence.owner, presence.sequence] = ids[way.owned :]
+        self._cleared_at[robot] = {section: cleared[section] for section in ids if section in cleared}
         owned = way.sections[: way.owned]
         new = ~np.isin(owned.ids, self._owned[robot].ids)
         self._owned[robot] = owned
