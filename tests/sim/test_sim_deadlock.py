@@ -1,7 +1,7 @@
 """Two arms that each hold a zone the other one needs: found, told to both, and freed by the commands that are told.
 
 Where a motion leads through both zones without a stop between them, it never comes to that; nor where robots are kept
-apart, whose order knows the zones, too: `tests.sim.scenes` has that.
+apart, as far as their plans are known, whose order knows the zones, too: `tests.sim.scenes` has that.
 """
 
 import re
