@@ -19,10 +19,10 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
-from robot_agent.agent.mode import moves
 from tests.sim.judge.facts import Facts, Shown
 from tests.sim.judge.invariant import Handlers, Invariant
 
+_WITHIN_M = 1e-3
 _LAGS_S = 0.1
 """So long after the last block that it was sent under a grant a robot that lags after it may still widen its body."""
 _HELD = (ZoneState.GRANTED, ZoneState.OCCUPIED)
@@ -73,15 +73,16 @@ class NoBreach(Invariant):
 class EntersByFreshGrant(Invariant):
     """The published body, and so all that a robot is sent, comes into a zone only while the newest manager state that
     its agent was told names it holder, by the token that it says it holds; and that state answers a presence that was
-    sent less than the age limit ago. A robot that its drives brake may come anywhere; one that brakes on its path stays
-    in what it touched when it began to, though its body, worked out anew each time, may touch less in between."""
+    sent less than the age limit ago. A robot that its drives brake may come anywhere; one that ends within what its
+    body was before stays in what that touched, though its body, worked out anew each time, may touch less in between.
+    """
 
     name = "enters by a fresh grant"
 
     def __init__(self, facts: Facts) -> None:
         super().__init__(facts)
         self._touched: dict[str, set[str]] = {}
-        """The zones that a robot has touched since it began to brake."""
+        """The zones that a robot has touched since it leads nowhere else."""
 
     @property
     def published(self) -> Handlers:
@@ -90,14 +91,14 @@ class EntersByFreshGrant(Invariant):
     def _presence(self, _: str, presence: Presence) -> None:
         robot, facts = presence.robot, self.facts
         before, feedback = facts.shown.get(robot), facts.feedback.get(robot)
-        since_braking = self._touched.pop(robot, set())
+        touched = self._touched.pop(robot, set())
         if before is None or before.message.boot != presence.boot or feedback is None or not feedback.enabled:
             return
         if not before.message.body.known or not presence.body.known or facts.hindered(robot):
             return
         shown = facts.seen(presence)
-        brakes = presence.mode is not None and not moves(presence.mode) and presence.stop_time_s > 0.0
-        touched = since_braking if brakes else set[str]()
+        if before.misses(shown.poses[-1:], presence.body.tcp_m[-1:].astype(float)).max(initial=0.0) > _WITHIN_M:
+            touched = set()
         touched.update(zone for zone, box in facts.boxes.items() if before.touches(zone, box))
         for zone in {zone for zone, box in facts.boxes.items() if shown.touches(zone, box)} - touched:
             self._entered(robot, zone, presence)
