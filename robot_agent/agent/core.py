@@ -40,7 +40,7 @@ from robot_agent.agent.cell_clock import CellClock
 from robot_agent.agent.drives.axes import feedback_in_joints, samples_in_axes
 from robot_agent.agent.drives.gateway_link import GatewayLink, IdleClock
 from robot_agent.agent.drives.measured_rest import MeasuredRest
-from robot_agent.agent.mode import ModeEvent, after, has_torque, moves
+from robot_agent.agent.mode import ModeEvent, after, has_torque, moves, stopped
 from robot_agent.agent.operator.decisions import Decisions, Situation
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.operator.loading import Loading, ProgramNotRead, ProgramRead
@@ -584,7 +584,7 @@ class AgentCore:
         reason = self._doing(self.mode).reason(self.executive, feedback.tick, now)
         self.run.wait_for(reason.zone, now)
         alarm = "" if self.run.interrupted else self.run.error
-        alarm = self._stopped_by if self.mode in (Mode.FAULT, Mode.ESTOP) else alarm
+        alarm = self._stopped_by if stopped(self.mode) else alarm
         alarms = (alarm,) if alarm else ()
         zones = tuple(sorted(self.zones.holds))
         lost = self.link.age(now) > self._cell.times.feedback_lost_s

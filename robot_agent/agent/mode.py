@@ -86,3 +86,8 @@ def moves(mode: Mode) -> bool:
 def stands(mode: Mode) -> bool:
     """Enabled, and moved by nobody."""
     return mode in _STANDING
+
+
+def stopped(mode: Mode) -> bool:
+    """An operator has to end an emergency stop, or to acknowledge a fault, before anything moves again."""
+    return mode in (Mode.ESTOP, Mode.FAULT)

@@ -58,7 +58,7 @@ from robot_agent.trajectory.sources import Axes, JointAxes, ToolAxes, WayAxes
 
 _THERE = 1e-6
 """[rad or m] Nearer to a point a robot does not go."""
-_MOVING = (Enable, Run, Continue, Return, Step, Jog, Go)
+MOVING = (Enable, Run, Continue, Return, Step, Jog, Go)
 """Calls that move a robot, or let it be moved."""
 _OF_A_VIRTUAL_RUN = (Continue, Step, AnswerFlag)
 """Calls that are about the virtual run while there is one; halt and stop are, too."""
@@ -200,7 +200,7 @@ class Decisions:
         situation = replace(situation, planner=situation.planner.mounting(self._mounted.present))  # of just now
         if (virtual := self._virtually(command, mode, situation)) is not None:
             return virtual
-        if situation.kept_still and isinstance(command, _MOVING):
+        if situation.kept_still and isinstance(command, MOVING):
             over = "call again when that is over, by `cell status`"
             return Refused(f"{self._robot} stays at rest: {situation.kept_still}; {over}")
         match command:
@@ -253,7 +253,7 @@ class Decisions:
         if situation.virtual:
             if isinstance(command, _OF_A_VIRTUAL_RUN):
                 return Virtual()
-            return Refused(f"{self._robot} runs virtually: {ends}") if isinstance(command, _MOVING) else None
+            return Refused(f"{self._robot} runs virtually: {ends}") if isinstance(command, MOVING) else None
         if not begins:
             return None
         if isinstance(command, Run) and command.at is not None:

@@ -6,29 +6,23 @@ from dataclasses import replace
 from cell.core import Answer, Effect, Request
 from cell.messages import (
     Call,
-    Continue,
     DisableDrives,
-    Enable,
     EnableDrives,
-    Go,
     Halt,
     Heard,
-    Jog,
     Mode,
     PlayoutState,
     Reply,
     ResetDrives,
-    Return,
     RobotState,
-    Run,
-    Step,
     Stop,
     Who,
 )
 from cell.net.freshness import Sent
 from robot_agent.agent.drives.gateway_link import GatewayLink, Switching
-from robot_agent.agent.mode import ModeEvent, after
+from robot_agent.agent.mode import ModeEvent, after, stopped
 from robot_agent.agent.operator.decisions import (
+    MOVING,
     Decision,
     Decisions,
     Done,
@@ -41,10 +35,6 @@ from robot_agent.agent.operator.decisions import (
 )
 from robot_agent.agent.operator.loading import Loading, ProgramNotRead
 from robot_agent.agent.operator.teaching import Teaching
-
-_WITH_DRIVES = (Enable, Run, Continue, Return, Step, Jog, Go)
-"""What needs drives that stay switched on."""
-_STOPPED = (Mode.ESTOP, Mode.FAULT)
 
 
 class OperatorCalls:
@@ -98,7 +88,7 @@ class OperatorCalls:
     def sent_state(self, state: RobotState, now: float) -> None:
         """A robot state is sent at `now`: calls that echo it are as young as that."""
         self._states.record(state.sequence, now)
-        if state.mode in _STOPPED:
+        if stopped(state.mode):
             self._stopped_in = state.sequence
 
     def age_of(self, heard: Heard, now: float) -> float:
@@ -204,7 +194,7 @@ class OperatorCalls:
         if why := self._too_old(call, age_s, mode):
             text = f"the call is too old to be carried out: it answers a state of {self._robot} {why}"
             return Refused(f"{text}; look at the robot, then call again")
-        if self._link.switching_off and isinstance(command, _WITH_DRIVES):
+        if self._link.switching_off and isinstance(command, MOVING):
             return Refused(f"{self._robot} is being switched off: when it is disabled, `cell enable {self._robot}`")
         return self._decisions.decide(command, mode, situation, now, now - age_s)
 
@@ -217,7 +207,7 @@ class OperatorCalls:
             known = "that is no longer known" if age_s == float("inf") else f"that is {age_s:.2f} s old"
             return f"{known}, {self._command_s:g} s are allowed"
         seen = 0 if call.heard is None else call.heard.sequence
-        if isinstance(call.command, _WITH_DRIVES) and mode not in _STOPPED and seen <= self._stopped_in:
+        if isinstance(call.command, MOVING) and not stopped(mode) and seen <= self._stopped_in:
             return "in which it was stopped"
         return ""
 

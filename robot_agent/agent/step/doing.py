@@ -13,6 +13,7 @@ from robot_agent.agent.blocks.corrections import Corrections
 from robot_agent.agent.blocks.executive import Executive
 from robot_agent.agent.blocks.motion_source import MotionSource, SentBlock, Wishes
 from robot_agent.agent.blocks.sources import CorrectedPath, GovernedPath, Jogged, Supply
+from robot_agent.agent.mode import stopped
 from robot_agent.agent.operator.jogging import Jogging
 from robot_agent.agent.parameters import MANUAL_SPEED_M_S
 from robot_agent.agent.planning.lookahead import Item
@@ -67,7 +68,7 @@ class Standing:
         jog = self.jogging.source
         return Wishes(
             requests=tuple(self._requests(now)),
-            stop=self.mode in (Mode.ESTOP, Mode.FAULT),
+            stop=stopped(self.mode),
             holds=holds,
             cap_m_s=self.pace.cap_m_s,
             source=None if jog is None else Jogged(executive.supply, jog),
