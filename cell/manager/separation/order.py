@@ -62,6 +62,14 @@ class _Keeps:
             pieces[first : stay.last + (stay.last < end)] = True
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Beside:
+    """Where a robot is, by its newest presence, and where it wants to be."""
+
+    has: Sections
+    wants: Sections
+
+
 @dataclass(slots=True)
 class _Robot:
     newest: NewestOf = field(default_factory=NewestOf)
@@ -75,6 +83,8 @@ class _Robot:
     """The piece at the end of what it may use."""
     back: int = 0
     """The piece that it is in by what is measured of it."""
+    beside: "_Beside | None" = None
+    """Where it is in no piece of its plan: it returns to its path, or has none."""
     keeps: _Keeps = field(default_factory=lambda: _Keeps(None, {}))
     known_keeps: dict[tuple[int | None, ...], _Keeps] = field(default_factory=dict)
     """Of its plan, by where it is in its stays: it is tried out what a grant would change."""
@@ -156,6 +166,8 @@ class Order:
         if coming is not None and (coming.owner, coming.number) == (presence.owner, way.plan):
             robot.plan, robot.coming = coming, None
         plan, robot.number = robot.plan, way.plan
+        is_on_its_way = bool((way.pieces[: way.owned] != NO_PIECE).any())
+        robot.beside = None if is_on_its_way else _Beside(way.sections[: way.owned], way.sections[way.owned :])
         if plan is not None and (way.plan == 0 or plan.owner != presence.owner):
             plan = robot.plan = None
         if plan is not None and plan.number == way.plan:
@@ -172,7 +184,7 @@ class Order:
     def leave_out(self, robot: str) -> None:
         """A robot that does not go on is in nobody's order, until its presences count in a plan again."""
         mine = self._robots.setdefault(robot, _Robot())
-        mine.coming, mine.plan, mine.number = mine.coming or mine.plan, None, 0
+        mine.coming, mine.plan, mine.number, mine.beside = mine.coming or mine.plan, None, 0, None
         self._look_at_zones(robot)
 
     def hold(self, holders: Mapping[str, str | None]) -> None:
@@ -317,14 +329,24 @@ class Order:
         )
 
     def way_back(self, robot: str, waiting: Sequence[str]) -> int | None:
-        """To which piece of its plan a robot must be let back so that all who wait can get through; None: nowhere."""
-        standing = self._positions()
-        if robot not in standing:
+        """To which piece of its plan a robot must be let back so that all who wait can get through; None: nowhere.
+
+        Who is beside its own way can not go back along it, and keeps others from going back where it stands.
+        """
+        standing, mine = self._positions(), self._robots.get(robot)
+        if robot not in standing or mine is None or mine.plan is None or mine.beside is not None:
             return None
+        behind = mine.plan.pieces[: standing[robot]]
+        kept_off, in_the_way = np.zeros(len(behind), dtype=bool), np.zeros(len(behind), dtype=bool)
+        for other, its in self._robots.items():
+            if other != robot and its.beside is not None:
+                kept_off |= self._conflicts.too_near(robot, behind, other, its.beside.has).any(axis=1)
+                if other in waiting:
+                    in_the_way |= self._conflicts.too_near(robot, behind, other, its.beside.wants).any(axis=1)
         with self._holding(robot, (), others=False):  # out of a zone it gives it back
-            for piece in range(standing[robot] - 1, -1, -1):
+            for piece in range(len(behind) - 1, int(np.flatnonzero(kept_off).max(initial=-1)), -1):
                 stuck = self._stuck(standing | {robot: piece})
-                if not any(each in stuck for each in waiting):
+                if not in_the_way[piece] and not any(each in stuck for each in waiting):
                     return piece
         return None
 

@@ -531,6 +531,50 @@ def test_who_has_to_back_is_told_how_far() -> None:
     assert ways.order.way_back("b", ["a", "b"]) == 1
 
 
+_BODY = Body(True, (0.0, 0.0, 0.0), 1.0)
+
+
+def _sections(ids: list[int]) -> Sections:
+    return Sections(np.uint64(ids), np.zeros((len(ids), 1, 2, 3), np.float32), np.zeros((len(ids), 1), np.float32))
+
+
+def _tell(order: Order, robot: str, number: int, ids: list[int], at: int = 0) -> None:
+    pieces = _sections(ids)
+    order.planned(PlannedWay(robot, "b", 1, number, more=False, pieces=pieces))
+    way = Way(pieces[at : at + 1], 1, 1, plan=number, pieces=np.uint32([at]))
+    order.hear(Presence(robot, "b", 1, number, None, "", _BODY, 0.0, way=way), {ids[at]: at})
+
+
+class OfIds:
+    """Places are too near to each other as pairs of their ids say."""
+
+    def __init__(self, near: set[frozenset[int]]) -> None:
+        self.near = near
+
+    def too_near(self, _robot: str, sections: Sections, _other: str, others: Sections) -> Flags:
+        one, its = sections.ids.tolist(), others.ids.tolist()
+        return np.array([[frozenset([i, j]) in self.near for j in its] for i in one], bool).reshape(len(one), len(its))
+
+
+@pytest.mark.parametrize(
+    ("near_has", "near_wants", "way_back"),
+    [(None, None, 1), (1, None, None), (0, None, 1), (None, 1, 0), (2, 2, 1)],
+)
+def test_a_way_back_goes_by_where_a_robot_stands_that_is_beside_its_path(
+    near_has: int | None, near_wants: int | None, way_back: int | None
+) -> None:
+    """By its plan alone one was let back in vain, again and again (seed 240004)."""
+    near = {frozenset([i, 10 + j]) for i in (2, 3, 4) for j in (0, 2, 3, 4)} - {frozenset([2, 10])}
+    near |= {frozenset([near_has, 20]), frozenset([near_wants, 21])}  # type: ignore[arg-type]
+    order = Order(OfIds(near))
+    _tell(order, "a", 1, list(range(6)), at=2)
+    _tell(order, "b", 1, list(range(10, 16)))
+    way = Way(_sections([20, 21]), 1, 1, plan=1, pieces=np.uint32([NO_PIECE, NO_PIECE]))
+    order.hear(Presence("b", "b", 1, 2, None, "", _BODY, 0.0, way=way), {20: NO_PIECE})
+    assert order.way_back("b", ["a", "b"]) is None, "nobody goes back along a path beside which it stands"
+    assert order.way_back("a", ["a", "b"]) == way_back
+
+
 class ById:
     """Places are too near to each other as their ids say; how many pairs were asked for."""
 
@@ -539,13 +583,6 @@ class ById:
     def too_near(self, _robot: str, sections: Sections, _other: str, others: Sections) -> Flags:
         self.asked += len(sections) * len(others)
         return (sections.ids[:, None] * np.uint64(7) + others.ids * np.uint64(11)) % np.uint64(3) == 0
-
-
-def _tell(order: Order, robot: str, number: int, ids: list[int]) -> None:
-    pieces = Sections(np.uint64(ids), np.zeros((len(ids), 1, 2, 3), np.float32), np.zeros((len(ids), 1), np.float32))
-    order.planned(PlannedWay(robot, "b", 1, number, more=False, pieces=pieces))
-    body, way = Body(True, (0.0, 0.0, 0.0), 1.0), Way(pieces[:1], 1, 1, plan=number, pieces=np.uint32([0]))
-    order.hear(Presence(robot, "b", 1, number, None, "", body, 0.0, way=way), {ids[0]: 0})
 
 
 @given(st.integers(0, 10**9))
