@@ -43,9 +43,9 @@ _BY_ITSELF = "where joints are not in step each arrives by itself"
 _NO_TIMING = "no timing within the limits was found from where the motion was extended"
 _KEPT = 1.01
 """Limits are kept by what was planned with them up to this factor at least."""
-_WORTH_PLANNING = 0.01
+_WORTH_PLANNING = 0.02
 """A motion with many round edges is planned again with stops where these win more than this share of it."""
-_CLEARLY_S = 2e-3
+_CLEARLY_S = 0.02
 """Among many edges one counts where a stop seems to be so much quicker."""
 _FEW_EDGES, _ROUNDING_S = 2, 5e-4
 """With so few it is planned again wherever a stop may be quicker, and the quickest is taken to some such time."""

@@ -5,7 +5,6 @@ have left off braking before. A stop brakes up to the last moment.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,8 +17,10 @@ from robot_agent.trajectory.timing.path_limits import PathLimits
 from robot_agent.trajectory.timing.s_curve import s_curve
 from robot_agent.trajectory.timing.timed import Timed
 
-_PLACES = (np.arange(9) + 0.5) / 9
-"""Of the way from one edge to the next, at which the limits are looked at."""
+_PLACES = (np.arange(5) + 0.5) / 5
+_NEAR, _FAR = 0.2, 2.0
+"""The limits to brake and to start with are looked at between so many times the way from a corner to the end of what
+its edge slows down: nearer to the corner the edge bends."""
 _QUARTIC = 0.375
 """A round edge between lines passes the corner at so many times its cut, times the sine of half the turn."""
 _STANDS = 1e-9
@@ -48,14 +49,16 @@ def perhaps_slower(model: Model, path: JointPath, timed: Timed, limits: Limits) 
     when = np.clip(when, 0.0, timed.times[-1])
     at = np.interp(when, timed.times, timed.parameters)
     speeds = np.linalg.norm(timed.pieces.derivatives(when)[0] / limits.velocity, axis=2)
-    legs = _legs(PathLimits(path, limits), *at)
+    bounds, lengths = PathLimits(path, limits), np.maximum(at[1] - at[0], _STANDS)
+    before, after = middle - at[1, :-1], at[0, 1:] - middle
+    braking = _allowed(bounds, middle - np.minimum(_FAR * before, before + lengths[:-1]), middle - _NEAR * before)
+    starting = _allowed(bounds, middle + _NEAR * after, middle + np.minimum(_FAR * after, after + lengths[1:]))
     found = []
-    for number, (_, corner) in enumerate(corners):
-        rounding_s = float(when[0, number + 1] - when[1, number])
-        ways = middle[number] - at[1, number], at[0, number + 1] - middle[number]
-        before = legs[number].more_s(speeds[0, number], speeds[1, number], ways[0] + farther[number])
-        after = legs[number + 1].more_s(speeds[1, number + 1], speeds[0, number + 1], ways[1] + farther[number])
-        won_s = rounding_s - before - after
+    for k, (_, corner) in enumerate(corners):
+        rounding_s = float(when[0, k + 1] - when[1, k])
+        braking_s = _more_s(lengths[k], braking[k], speeds[0, k], speeds[1, k], before[k] + farther[k])
+        starting_s = _more_s(lengths[k + 1], starting[k], speeds[1, k + 1], speeds[0, k + 1], after[k] + farther[k])
+        won_s = rounding_s - braking_s - starting_s
         if won_s > _LEAST_S:
             found.append((corner, won_s))
     return found
@@ -72,35 +75,27 @@ def _halves(model: Model, path: JointPath, corners: list[tuple[float, Transition
     return half_m / rate, (cut - half_m) / rate
 
 
-@dataclass(frozen=True, slots=True)
-class _Leg:
-    """From one edge to the next: its length by the parameter, and what the parameter's rate may be there."""
+def _more_s(length: float, limits: Numbers, far: float, near: float, more: float) -> float:
+    """How much longer it takes from a rate of the parameter at one end of a leg to rest `more` behind the other end.
 
-    length: float
-    speed: float
-    acceleration: float
-    jerk: float
-
-    def more_s(self, far: float, near: float, more: float) -> float:
-        """How much longer it takes from a rate of the parameter at one end to rest `more` behind the other end.
-
-        Compared with passing the other end at rate `near`.
-        """
-        limits = max(self.speed, far, near), self.acceleration, self.jerk
-        stopping = s_curve(self.length + more, *limits, start_speed=far)
-        passing = s_curve(self.length, *limits, start_speed=far, end_speed=near)
-        return stopping.duration_s - passing.duration_s
+    Compared with passing the other end at rate `near`. `limits` `(3,)` are those of the rate and of its derivatives.
+    """
+    speed, acceleration, jerk = limits.tolist()
+    profile = max(speed, far, near), acceleration, jerk
+    stopping = s_curve(length + more, *profile, start_speed=far).duration_s
+    passing = s_curve(length, *profile, start_speed=far, end_speed=near).duration_s
+    # what is too short for such a change of speed is passed at the slower one at least
+    slower = min(far, near)
+    return stopping - (min(passing, length / slower) if slower > 0.0 else passing)
 
 
-def _legs(bounds: PathLimits, first: Numbers, last: Numbers) -> list[_Leg]:
-    """Between parameters `first` and `last` `(k,)`, with the limits midway."""
-    lengths = np.maximum(last - first, _STANDS)
-    rows = bounds.rows((first[:, None] + lengths[:, None] * _PLACES).ravel())
+def _allowed(bounds: PathLimits, first: Numbers, last: Numbers) -> Numbers:
+    """What the parameter's rate and its derivatives may be `(k, 3)` between parameters `first` and `last` `(k,)`."""
+    rows = bounds.rows((first[:, None] + (last - first)[:, None] * _PLACES).ravel())
     affine = rows.affine
     slopes = (np.abs(affine.a) / np.minimum(affine.above, affine.below)).max(axis=1)
-    each = (1.0 / np.sqrt(rows.fastest), slopes, np.abs(rows.first_jerk).max(axis=1))
-    allowed = [1.0 / np.median(values.reshape(len(lengths), -1), axis=1) for values in each]
-    return [_Leg(*map(float, leg)) for leg in zip(lengths, *allowed, strict=True)]
+    each = np.stack([1.0 / np.sqrt(rows.fastest), slopes, np.abs(rows.first_jerk).max(axis=1)], axis=-1)
+    return np.asarray(1.0 / np.median(each.reshape(len(first), -1, 3), axis=1))
 
 
 def halfway_s(paths: Sequence[JointPath | Independent], timed: Sequence[Timed]) -> dict[int, float]:

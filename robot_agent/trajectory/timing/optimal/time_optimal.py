@@ -28,8 +28,9 @@ COARSE, FINE = 2.0, 4.0
 """Intervals per ramp of the acceleration."""
 _FAR = 1.02
 """Jerk costs much where a motion takes more than so many times the time without it and the ramps at both ends."""
-_LADDER = (1.0, 2.0, 3.0)
-"""Intervals per ramp with which such a motion is searched: the coarser, the farther it looks past what slows it."""
+_LADDER = (1.5, 2.0, 3.0)
+"""Intervals per ramp with which any motion is searched first, and such a motion again: the coarser, the farther a
+search looks past what slows the motion down."""
 _REFINEMENTS, _REFINED, _STEADY = 6, 8, 0.1
 _FEWEST_INTERVALS, MOST_INTERVALS = 16, 1200
 _BEGIN = 0.9
@@ -88,18 +89,17 @@ def _coarsely(paths: list[JointPath], bounds: list[PathLimits], ramp: float) -> 
 
     Paths on which jerk costs much are searched again, each time with what a coarser search found.
     """
-    fast = [quickest(path, bound, ramp) for path, bound in zip(paths, bounds, strict=True)]
-    initials = [_first(*each, ramp, COARSE) for each in fast]
-    laws = _searched(initials, bounds)
-    lasting = [law.compared_s - 2.0 * ramp for law in laws]
-    far = [
-        k for k, (lasts, initial) in enumerate(zip(lasting, initials, strict=True)) if lasts > _FAR * initial.duration_s
+    initials = [
+        _first(*quickest(path, bound, ramp), ramp, _LADDER[0]) for path, bound in zip(paths, bounds, strict=True)
     ]
-    for number, intervals in enumerate(_LADDER if far else ()):
-        initials = [
-            laws[k].resampled(ramp / intervals, MOST_INTERVALS) if number else _first(*fast[k], ramp, intervals)
-            for k in far
-        ]
+    laws = _searched(initials, bounds)
+    far = [
+        k
+        for k, (law, initial) in enumerate(zip(laws, initials, strict=True))
+        if law.compared_s - 2.0 * ramp > _FAR * initial.duration_s
+    ]
+    for intervals in _LADDER[1:] if far else ():
+        initials = [laws[k].resampled(ramp / intervals, MOST_INTERVALS) for k in far]
         for k, law in zip(far, _searched(initials, [bounds[k] for k in far]), strict=True):
             laws[k] = law
     return laws
