@@ -20,17 +20,25 @@ NEARBY = 15
 """Iterations for poses next to known joints: those that have a solution take fewer than ten."""
 PIECE = 32
 """Poses that are solved at once, all from the joints at the end of the piece before."""
+_STRIDE = 128
+"""From pose to pose that many further on a long path is gone along first; the others begin between these."""
+_HERE = 1e-6
+"""[rad or m] no solution is nearer to known joints than one that is so near."""
 BRANCH = "nearest"
 """Name of the only branch that a numeric solver follows."""
 
 
 def track(model: NumericModel, poses: Array, start: Array) -> Array:
     """See `Model.track`; the path begins with the solution nearest to `start`."""
-    try:
-        first = model.solve(poses[0], near=start)
-    except Unreachable as error:
-        raise TrackError(0, poses[0], error.violation, BRANCH) from error
-    return _onward(model, poses, first[None], _why, ITERATIONS)
+    found = model.iterate(poses[:1], start[None], None, NEARBY)
+    first = found.joints[0]
+    if not found.solved[0] or np.abs(first - start).max() > _HERE:
+        try:
+            first = model.solve(poses[0], near=start)
+        except Unreachable as error:
+            raise TrackError(0, poses[0], error.violation, BRANCH) from error
+    joints = _at_once(model, poses, first)
+    return _onward(model, poses, joints, _why, ITERATIONS)
 
 
 def follow(model: NumericModel, poses: Array, start: Array) -> Array:
@@ -39,6 +47,30 @@ def follow(model: NumericModel, poses: Array, start: Array) -> Array:
     It costs little, also where the path cannot be followed: for loops that have to answer in time.
     """
     return _onward(model, poses, start[None], _why_from, NEARBY, 1)[1:]
+
+
+def _at_once(model: NumericModel, poses: Array, first: Array) -> Array:
+    """Joints `(k, n)` for the first `k` of poses `(m, 4, 4)`, of which the first ones are known: as many as go easily.
+
+    Some of the poses are solved one after the other, all that lie between them together: each begins near its solution.
+    """
+    some = np.append(np.arange(0, len(poses) - 1, _STRIDE), len(poses) - 1)
+    known = [first]
+    for number in some[1:].tolist():
+        ahead = known[-1] if len(known) == 1 else 2.0 * known[-1] - known[-2]
+        found = model.iterate(poses[number : number + 1], ahead[None], None, NEARBY)
+        if not found.solved[0]:
+            break
+        known.append(found.joints[0])
+    count = int(some[len(known) - 1]) + 1
+    at = np.arange(count)
+    starts = np.column_stack([np.interp(at, some[: len(known)], each) for each in np.array(known).T])
+    found = model.iterate(poses[:count], starts, None, NEARBY)
+    good = _good(found, first[None])
+    good[0] = True
+    joints = found.joints[: count if good.all() else int(np.argmin(good))]
+    joints[0] = first
+    return joints
 
 
 def _onward(
