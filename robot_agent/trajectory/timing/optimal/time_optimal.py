@@ -28,7 +28,7 @@ COARSE, FINE = 2.0, 4.0
 """Intervals per ramp of the acceleration."""
 _FAR = 1.02
 """Jerk costs much where a motion takes more than so many times the time without it and the ramps at both ends."""
-_LADDER = (1.5, 2.0, 3.0)
+_LADDER = (1.0, 2.0, 3.0)
 """Intervals per ramp with which any motion is searched first, and such a motion again: the coarser, the farther a
 search looks past what slows the motion down."""
 _REFINEMENTS, _REFINED, _STEADY = 6, 8, 0.1
