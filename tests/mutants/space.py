@@ -120,6 +120,18 @@ SPACE = (
         bench=Bench.ROOM,
     ),
     Mutant(
+        "asks-before-it-looks",
+        "a zone in which a robot's plan ends is asked for while what comes after it is still being planned",
+        (
+            Edit(
+                "robot_agent/agent/core.py",
+                "        if self.mode is Mode.RUNNING and self.run.lookahead.plans_more:\n",
+                "        if False:\n",
+            ),
+        ),
+        bench=Bench.SCENE,
+    ),
+    Mutant(
         "zones-beside-the-order",
         "a zone is granted without a look at who must get through before",
         (

@@ -210,7 +210,7 @@ robots:
 
 def halted_in_a_zone(folder: Path) -> None:
     """Where robots are kept apart, one that is halted in the first of two zones keeps its way out through the other."""
-    scene = Scene(two_zones(folder, "", PAUSE, ordered=True), staffed=False)
+    scene = Scene(two_zones(folder, "", PAUSE, ordered=True, feed=500), staffed=False)
     for robot in scene.facts.robots:
         scene.until(f"{robot} is off", lambda robot=robot: scene.mode(robot) is Mode.DISABLED)
         scene.order(robot, Enable(), Mode.READY)

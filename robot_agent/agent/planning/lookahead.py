@@ -162,6 +162,11 @@ class Lookahead:
         """Whether the program goes on after all that is planned."""
         return not any(isinstance(item, Finished | ProgramFault | PlanFailed) for item in self._items)
 
+    @property
+    def plans_more(self) -> bool:
+        """Whether a motion is being planned that begins after all that is planned."""
+        return any(isinstance(item, Waiting) for item in self._items)
+
     def advance(self) -> None:
         """The head is being executed; what follows becomes the head."""
         self._items.popleft()

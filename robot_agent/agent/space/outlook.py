@@ -81,6 +81,14 @@ class Outlook:
         """Number of the newest plan; 0: none."""
         return 0 if self._way is None else self._way.number
 
+    @property
+    def ends_in(self) -> frozenset[str]:
+        """The exclusive zones in which the newest plan ends, though the program goes on."""
+        way = self._way
+        if way is None or not way.more:
+            return frozenset()
+        return frozenset(stay.zone for stay in way.stays if stay.last == len(way.pieces) - 1)
+
     def follow(self, sections: Sections) -> Pieces:
         """`(s,)`: in which piece of the newest plan each section of the robot's way lies, from where it is on.
 
