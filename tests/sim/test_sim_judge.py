@@ -88,12 +88,13 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 TOWARDS_EACH_OTHER = """MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
 ML X=2000 Y=0 Z=1250 A=0 B=90 C=0 F=1500
+WAIT 5
 """
 
 
 @pytest.fixture(scope="module")
 def kept_apart(tmp_path_factory: pytest.TempPathFactory) -> Recording:
-    """Without a zone: they stop in front of each other."""
+    """Without a zone: who is there first stays, and the other one stops in front of it."""
     programs = dict.fromkeys((LEFT, RIGHT), TOWARDS_EACH_OTHER)
     return Recording(load_bundle(apart_cell(tmp_path_factory.mktemp("apart"), programs)), 7.0, ())
 
