@@ -394,10 +394,6 @@ class AgentCore:
         self.zones.spaces.by_program = self.run.spaces_off(executive.timeline, feedback.tick)
         executive, planner = self._mount(executive, feedback, planner, now)
         wants = self._doing(self.mode).wants(executive, feedback.tick) | dict.fromkeys(self._grown_into, 0.0)
-        if self.mode is Mode.RUNNING and self.run.lookahead.plans_more:
-            # Nobody can see yet whether the robot needs another zone to come out of one that its plan ends in.
-            later = self.space.outlook.ends_in - self.zones.holds.keys()
-            wants = {zone: entered_s for zone, entered_s in wants.items() if zone not in later}
         block = None
         if age_s <= max(_STALE_CYCLES * planner.cycle_s, self._cell.times.lead_s):
             self.mode = self._progress.ended(self.mode, feedback, planner, self._leaving, now)

@@ -124,9 +124,9 @@ SPACE = (
         "a zone in which a robot's plan ends is asked for while what comes after it is still being planned",
         (
             Edit(
-                "robot_agent/agent/core.py",
-                "        if self.mode is Mode.RUNNING and self.run.lookahead.plans_more:\n",
-                "        if False:\n",
+                "robot_agent/agent/step/doing.py",
+                "        planning = self.run.lookahead.plans_more\n",
+                "        planning = False\n",
             ),
         ),
         bench=Bench.SCENE,

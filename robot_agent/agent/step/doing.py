@@ -197,7 +197,14 @@ class Running(Standing):
     def wants(self, executive: Executive, tick: int) -> dict[str, float]:
         path = executive.timeline.newest.path
         pause_s = max(0, self.run.begins_tick(path) - tick) * executive.cycle_s
-        return self.corrections.wants | _zones_ahead(executive, self._coming(path), tick, pause_s)
+        wants = self.corrections.wants | _zones_ahead(executive, self._coming(path), tick, pause_s)
+        later = self._asked_for_later()
+        return {zone: entered_s for zone, entered_s in wants.items() if zone not in later}
+
+    def _asked_for_later(self) -> frozenset[str]:
+        """Zones in which its plan ends while more is being planned: it may need another one to come out of them."""
+        planning = self.run.lookahead.plans_more
+        return self.space.outlook.ends_in - self.zones.holds.keys() if planning else frozenset()
 
     def _coming(self, path: Planned) -> list[Item]:
         """What comes next, up to where the program waits, or is decided: others may need a zone to come there."""

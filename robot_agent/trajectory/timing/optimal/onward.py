@@ -15,7 +15,6 @@ from robot_agent.trajectory.timing.optimal.interior_point import Search
 from robot_agent.trajectory.timing.optimal.reachability import times
 from robot_agent.trajectory.timing.optimal.retiming import PLACES, Limited
 from robot_agent.trajectory.timing.optimal.time_optimal import (
-    COARSE,
     FINE,
     MARGIN,
     MOST_INTERVALS,
@@ -29,6 +28,8 @@ from robot_agent.trajectory.timing.optimal.timing_law import TimingLaw
 from robot_agent.trajectory.timing.path_limits import PathLimits
 from robot_agent.trajectory.timing.timed import Timed
 
+_COARSE = 2.0
+"""Intervals per ramp of the acceleration, at first."""
 _HELD = 2
 """Coefficients of the squared rate that are 1: the initial law's own rate, and its slope, at the beginning."""
 _ROOM = 1.0003
@@ -100,11 +101,11 @@ def _first(path: JointPath, bounds: PathLimits, ramp: float, going: PathUnderWay
     """A motion that begins as the known one does and keeps the limits of speed and acceleration, nearly."""
     grid, squared, rows = quickest(path, bounds, ramp, float(going.rate[0] ** 2))
     known = np.interp(grid, going.known[0], going.known[1], right=0.0)
-    far = float(np.interp(over * ramp / COARSE, times(going.known[0], going.known[1]), going.known[0]))
+    far = float(np.interp(over * ramp / _COARSE, times(going.known[0], going.known[1]), going.known[0]))
     share = np.clip(grid / max(far, grid[1]), 0.0, 1.0)
     share = share * share * (3.0 - 2.0 * share)
     squared = (1.0 - share) * known + share * squared
-    s, h, rates = sampled_rise(grid, squared, rows, ramp, COARSE)
+    s, h, rates = sampled_rise(grid, squared, rows, ramp, _COARSE)
     points = softly(s)[1:]  # from rest it begins one interval later
     points[:3] = beginning(np.array([0.0, *going.rate]), h, h)
     return InitialLaw.rising(points, h, np.append(rates, rates[-1]))

@@ -24,7 +24,7 @@ _GRID_STEP = 0.005
 _FEWEST, _MOST = 160, 2400
 _APART = 1e-7
 """Nothing of a path is looked at closer than this share of it."""
-COARSE, FINE = 2.0, 4.0
+FINE = 4.0
 """Intervals per ramp of the acceleration."""
 _FAR = 1.02
 """Jerk costs much where a motion takes more than so many times the time without it and the ramps at both ends."""
