@@ -581,7 +581,8 @@ class StopsEndAtRest(Invariant):
     def look(self, sample: Sample) -> None:
         since_s = sample.at - self._ended.get(sample.robot, inf)
         _, back_at = self.facts.silenced.get(sample.robot, (inf, inf))
-        if 0.0 <= sample.at - back_at < self._SETTLES_S:
+        pushed = sample.at < self.facts.slips_until.get(sample.robot, 0.0)
+        if pushed or 0.0 <= sample.at - back_at < self._SETTLES_S:
             return
         if sample.moving and SAMPLE_S < since_s < self._WITHIN_S:
             self.broken(sample.robot, "it moves, and its gateway has said that its stop has ended", sample.at)

@@ -229,6 +229,9 @@ class OwnedIsCleared(Invariant):
         """By robot, epoch and number."""
         self._stopped_at: dict[str, float] = {}
         """When a robot's drives were last seen off, or braking by themselves."""
+        self._commanded: dict[str, Floats] = {}
+        self._led: dict[str, bool] = {}
+        """Whether what was commanded last is another place than before; drives that are behind still settle."""
 
     @property
     def published(self) -> Handlers:
@@ -240,6 +243,9 @@ class OwnedIsCleared(Invariant):
         self._clearances.setdefault((clearance.robot, clearance.epoch, clearance.number), clearance)
 
     def _measured(self, _: str, feedback: DriveFeedback) -> None:
+        before = self._commanded.get(feedback.robot)
+        self._led[feedback.robot] = before is None or not np.array_equal(before, feedback.commanded)
+        self._commanded[feedback.robot] = feedback.commanded
         if not feedback.enabled or feedback.state in (
             PlayoutState.FOLLOWING,
             PlayoutState.STOPPING,
@@ -281,7 +287,8 @@ class OwnedIsCleared(Invariant):
         points = facts.points(robot, facts.measured(robot)[None])[0]
         away = np.linalg.norm(points - section.points[0, : len(c)], axis=-1).max()
         grown = (section.radii[0, : len(c)] - c).max()
-        return not facts.moving(robot) and float(away) < _ROOM_M and float(grown) < _ROOM_M
+        stands = not facts.moving(robot) or not self._led.get(robot, True)
+        return stands and float(away) < _ROOM_M and float(grown) < _ROOM_M
 
 
 class OwnedKeptApart(Invariant):
