@@ -1,6 +1,10 @@
-"""Robots that no way back frees from each other: one is jogged aside, and goes on when the others have passed."""
+"""Robots that no way back frees from each other: one is jogged aside, and goes on when the others have passed.
+
+A way back does not where the manager says so, and where the same robots meet again although each has been let back.
+"""
 
 import re
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
@@ -21,6 +25,8 @@ _LOOKS = np.geomspace(0.01, 1.0, 8)
 """Places on the way of a key that are looked at, as shares of it."""
 _KEYS = 4
 """So many keys are tried, one after the other."""
+_OFTEN = 3
+"""A stand-off that is told so often is not over by a way back: with two robots, each of them has been let back before."""
 _PASSED_S = 15.0
 """So long the others have for their way, unless their programs end sooner."""
 _SEEN_S = 2.0
@@ -45,6 +51,8 @@ class JogAside:
         self._by = by
         self._order = order
         self._aside: dict[str, _Aside] = {}
+        self._told: defaultdict[tuple[str, ...], set[float]] = defaultdict(set)
+        """By its robots, each stand-off: since when."""
         self._times = 0
 
     def busy_with(self, robot: str) -> bool:
@@ -55,8 +63,12 @@ class JogAside:
         """Give the orders that are due; `done`: whose programs have ended."""
         manager = self._world.operator(self._by).manager
         for standoff in manager.deadlocks if manager is not None else ():
+            told = self._told[standoff.robots]
+            told.add(standoff.since)
             lasts = manager.cell_time - standoff.since > _LASTS_S
-            if lasts and "cell jog" in standoff.remedy and not self._aside.keys() & set(standoff.robots):
+            to_jog = "no way back" in standoff.remedy or len(told) >= _OFTEN
+            if lasts and to_jog and not self._aside.keys() & set(standoff.robots):
+                told.clear()
                 robot = standoff.robots[self._times % len(standoff.robots)]
                 self._aside[robot] = _Aside(tuple(each for each in standoff.robots if each != robot))
                 self._times += 1

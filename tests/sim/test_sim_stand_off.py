@@ -3,8 +3,9 @@
 from pathlib import Path
 from types import SimpleNamespace
 
-from cell.messages import Halt, Mode, ProgramState, ProgramStatus, RobotState, SetOverride
+from cell.messages import Deadlock, Halt, Mode, ProgramState, ProgramStatus, RobotState, SetOverride
 from tests.sim.apart_cell import QUIET, apart_cell
+from tests.sim.jog_aside import JogAside
 from tests.sim.judge import Judge
 from tests.sim.staff import Staff
 from tests.sim.stand_off import StandOffs
@@ -89,6 +90,20 @@ def test_who_waits_for_one_that_moves_or_has_ended_is_left_alone() -> None:
     assert moves.lasts(10.0) == []
 
 
+def test_where_each_has_been_let_back_and_they_meet_again_one_is_jogged_aside() -> None:
+    """What is kept of its path does not suffice, which the manager does not know (seed 260353)."""
+    manager, ordered = SimpleNamespace(cell_time=0.0, deadlocks=()), list[object]()
+    world = SimpleNamespace(operator=lambda _: SimpleNamespace(manager=manager))
+    jog_aside = JogAside(world, SimpleNamespace(now=0.0), "pat", lambda robot, order: ordered.append((robot, order)))  # type: ignore[arg-type]
+    states = [RobotState(robot, "b", 1, Mode.RUNNING, _PROGRAM, *[None] * 4, None) for robot in ("r0", "r1")]
+    for since in (0.0, 13.0, 26.0):
+        assert ordered == []
+        manager.deadlocks = (Deadlock(("r0", "r1"), (), since, "they wait for each other", "let r1 back"),)
+        for manager.cell_time in (since + 1.0, since + 4.0):
+            jog_aside.look(states, set())
+    assert ordered == [("r0", Halt())]
+
+
 _TO_ONE_PLACE = """MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=100
 ML X=2000 Y=0 Z=1250 A=0 B=90 C=0 F=300
 """
@@ -103,4 +118,4 @@ def test_where_no_way_back_frees_them_one_is_jogged_aside_and_the_other_gets_thr
     staff.endless = False
     assert world.clock.run_until(world.clock.now + 30.0, lambda: bool(staff.done))
     (standoff,) = [event for event in world.seen.events if event.code == "space_standoff"]
-    assert "jog it away" in standoff.remedy
+    assert "no way back frees them" in standoff.remedy
