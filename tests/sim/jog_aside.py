@@ -26,7 +26,7 @@ _LOOKS = np.geomspace(0.01, 1.0, 8)
 _KEYS = 4
 """So many keys are tried, one after the other."""
 _OFTEN = 3
-"""A stand-off that is told so often is not over by a way back: with two robots, each of them has been let back before."""
+"""A stand-off that is told so often is not over by a way back: of two robots each has been let back before."""
 _PASSED_S = 15.0
 """So long the others have for their way, unless their programs end sooner."""
 _SEEN_S = 2.0
