@@ -240,7 +240,7 @@ class DriveFails(Item):
             node.raise_emergency(_OVERLOAD)
             return 1.0
         if self.what == "drop-out":
-            facts.silenced[self.robot] = facts.now, facts.now + self.seconds
+            facts.silence(self.robot, self.seconds, heard=not world.buses[gateway].broken)
             node.silence(True)
             world.clock.after(self.seconds, node.silence, False)
         elif self.what == "deaf":
@@ -290,7 +290,7 @@ class BusTrouble(Item):
         for robot in facts.robots:
             if facts.gateway_of(robot) == gateway:
                 facts.hindered_until[robot] = facts.now + self.seconds + 1.0
-                facts.silenced[robot] = facts.now, facts.now + self.seconds
+                facts.silence(robot, self.seconds)
         world.buses[gateway].broken = True
         self._tell(stage, gateway, BusFailed("drawn"))
         world.clock.after(self.seconds, self._back, stage, gateway)

@@ -229,6 +229,11 @@ class Facts:
         unaware = self._aware_at.get(robot, 0.0) < until
         return unaware or (self.now if at is None else at) < max(until, self._told_until.get(robot, 0.0))
 
+    def silence(self, robot: str, seconds: float, *, heard: bool = True) -> None:
+        """The node of one of its drives is off the bus from now on; it has been before, unless it was `heard`."""
+        since, until = self.silenced.get(robot, (self.now, self.now))
+        self.silenced[robot] = self.now if heard else since, max(until, self.now + seconds)
+
     def _aware(self, robot: str) -> None:
         """Its agent was told where it is: what a drive did before that nobody could know, and soon everybody does."""
         until = self.hindered_until.get(robot, 0.0)
