@@ -369,7 +369,8 @@ class Facts:
             case DriveFeedback():
                 newest = self.feedback[message.robot]
                 prompt = message.boot == newest.boot and message.sequence > newest.sequence - _A_FEW
-                if prompt and message.referenced and name == f"robot/{message.robot}":
+                claimed = message.owner != 0  # by no other one an agent goes
+                if prompt and claimed and message.referenced and name == f"robot/{message.robot}":
                     self._aware(message.robot)
                 if not self._newer(message.boot, message.sequence, told.feedback):
                     return

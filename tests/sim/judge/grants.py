@@ -38,6 +38,8 @@ class NoBreach(Invariant):
         super().__init__(facts)
         self._since: dict[tuple[str, str], float] = {}
         """Since when the bodies that a robot publishes touch a zone."""
+        self._known: set[tuple[str, str]] = set()
+        """Of these it was told before; a manager that is started anew tells it once more."""
 
     @property
     def published(self) -> Handlers:
@@ -50,6 +52,7 @@ class NoBreach(Invariant):
                 self._since.setdefault((presence.robot, zone), self.facts.now)
             else:
                 self._since.pop((presence.robot, zone), None)
+                self._known.discard((presence.robot, zone))
 
     def _event(self, process: str, event: Event) -> None:
         if event.code != "zone_breach":
@@ -63,11 +66,12 @@ class NoBreach(Invariant):
             for at, call in self.facts.told["manager"].calls
             if isinstance(call.command, AdoptZone | ClearZone) and call.command.zone == zone
         ]
-        if decided and self._since.get((robot, zone), inf) < decided[-1]:
+        if (robot, zone) in self._known or (decided and self._since.get((robot, zone), inf) < decided[-1]):
             return
         feedback = self.facts.feedback.get(robot)
         if (feedback is None or feedback.enabled) and not self.facts.hindered(robot):
             self.broken(process, event.text)
+        self._known.add((robot, zone))
 
 
 class EntersByFreshGrant(Invariant):
