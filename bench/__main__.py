@@ -6,12 +6,10 @@ A ratio to a peer is measured in the same run, so that a slow machine does not c
 
 import argparse
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 from ruckig import InputParameter, Ruckig, Trajectory
@@ -27,16 +25,16 @@ from bench.governor import governed
 from bench.load import load
 from bench.makespan import makespan
 from bench.nearness import nearness
+from bench.random_moves import random_moves
 from bench.rest import rests
 from bench.short_lines import short_lines
 from bench.timing import Row, median_s
 from bench.view import view
 from bench.workspace import workspace
-from cell.geometry import from_xyz_abc
 from cell.messages import SetpointBlock
 from cell.net.codec import decode, encode
 from robot_agent.kinematics import Model, load_model
-from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, Sequence, Spline
 from robot_agent.trajectory import Governor, Limits, Motion, plan, s_curve
 
 MODELS = Path(__file__).parents[1] / "cell_configs" / "models"
@@ -126,33 +124,6 @@ def mixed_motion(model: Model, limits: Limits) -> list[Row]:
     ]
 
 
-def random_moves(model: Model, limits: Limits) -> Row:
-    """Planning 24 lines, arcs and splines by chance, with round edges of 30 mm: the median of nine programs."""
-    home = model.forward(model.home)
-    taken = []
-    for seed in range(9):
-        rng = np.random.default_rng(seed)
-
-        def pose(rng: np.random.Generator = rng) -> NDArray[np.float64]:
-            made = home @ from_xyz_abc(np.append(np.zeros(3), rng.uniform(-0.1, 0.1, 3)))
-            made[:3, 3] = home[:3, 3] + rng.uniform(-0.14, 0.14, 3)
-            return np.asarray(made)
-
-        blocks: list[Block] = []
-        for number, kind in enumerate(rng.integers(0, 3, 24).tolist(), 1):
-            if kind == 0:
-                blocks.append(Line(pose(), 0.5, number, round_m=0.03))
-            elif kind == 1:
-                blocks.append(Arc(pose(), pose(), number, speed_m_s=0.5, round_m=0.03))
-            else:
-                blocks.append(Spline(pose()[None], number, 0.5))
-        begin = time.process_time()
-        plan(model, Sequence(blocks), limits, start=model.home, cycle_s=CYCLE_S)
-        taken.append(time.process_time() - begin)
-    planning_s = float(np.median(taken))
-    return Row("plan 24 random moves (processor time)", planning_s, planning_s / 0.2, "of 200 ms")
-
-
 def _inverse(model: Model, iterating: Model) -> list[Row]:
     """Joints all over the range of the model; only here a peer is needed that the tests do without."""
     from bench.kinematics import kinematics
@@ -176,7 +147,7 @@ def groups() -> dict[str, Callable[[], list[Row]]]:
         "profile": lambda: [profile()],
         "motions": lambda: motions(model, limits),
         "mixed_motion": lambda: mixed_motion(model, limits),
-        "random_moves": lambda: [random_moves(model, limits)],
+        "random_moves": random_moves,
         "corrections": lambda: corrections(model, iterating),
         "estop": emergency_stop,
         "drives": simulated_drives,
