@@ -25,8 +25,8 @@ class FrameEntry(BaseModel):
     parent: Name | None = Field(None, description="the frame in which the pose is given; default world")
     points: Annotated[tuple[Point, ...], Field(min_length=3, max_length=4)] | None = Field(
         None,
-        description="or three points measured in world, [x, y, z] each: the origin, one along X, one aside towards Y; "
-        "a fourth is the origin instead of the first",
+        description="or three points measured in world, [x, y, z] each: two on X, in its direction, and one on Y; the "
+        "origin is the foot of that on X, or a fourth point",
     )
 
     def in_parent(self) -> Array:

@@ -29,8 +29,8 @@ def frame_from_points(origin: Array, on_x: Array, in_xy: Array) -> Array:
 def taught_frame(points: Array) -> Array:
     """Pose `(4, 4)` of the frame of three or four measured points `(3, 3)` or `(4, 3)` [m].
 
-    The first three are those of `frame_from_points`; a fourth is the origin instead of the first. The seed's origin is
-    the foot of the third point on the line of X: who wants that measures it as the fourth.
+    The first two lie on X, in its direction; the third lies on Y, so the origin is its foot on X (textbook, section
+    10.3). A fourth is the origin instead; then the third may lie anywhere beside X, towards Y.
 
     Raises:
         WrongShape, NoFrame: as `frame_from_points`.
@@ -40,7 +40,8 @@ def taught_frame(points: Array) -> Array:
         raise WrongShape("points", points.shape, "(3, 3) or (4, 3)")
     _points(*points)
     pose = frame_from_points(*points[:3])
-    pose[:3, 3] = points[3] if len(points) == 4 else points[0]
+    along = (points[2] - points[0]) @ pose[:3, 0]
+    pose[:3, 3] = points[3] if len(points) == 4 else points[0] + along * pose[:3, 0]
     return pose
 
 
@@ -62,6 +63,26 @@ def largest_turn(points: Array, error_m: float) -> float:
     if max(sines) >= 1.0:
         return float(np.pi)
     return float(min(2.0 * np.arcsin(sines[0]) + np.arcsin(sines[1]), np.pi))
+
+
+def largest_shift(points: Array, error_m: float) -> float:
+    """By how much [m] errors of up to `error_m` at each of the points can move the origin of `taught_frame`.
+
+    A bound from above. A fourth point moves with its own error. The foot of the third one moves with the line of X, by
+    e (|1 - t| + |t|), and along it with the error of the third and the turn of X, a; t, h and a as in `largest_turn`.
+
+    Raises:
+        WrongShape, NoFrame: as `frame_from_points`.
+    """
+    points = np.asarray(points, dtype=float)
+    if len(points) == 4:
+        return error_m
+    pose = frame_from_points(*points)
+    along = float(np.linalg.norm(points[1] - points[0]))
+    foot, aside, _ = ((points[2] - points[0]) @ pose[:3, :3]).tolist()
+    share = foot / along
+    of_line = error_m * (abs(1.0 - share) + abs(share))
+    return float(2.0 * of_line + error_m + aside * min(2.0 * error_m / along, 1.0))
 
 
 def frame_from_axes(origin: Array, x_from: Array, x_to: Array, y_from: Array, y_to: Array) -> Array:

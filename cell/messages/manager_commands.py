@@ -124,10 +124,10 @@ class TeachFrame(Command):
     verb: ClassVar[str] = "teach_frame"
     frame: Name
     points_m: tuple[Vector, Vector, Vector]
-    """Its origin, one along X, one aside towards Y."""
+    """Two on its X, in its direction, and one on its Y: its origin is the foot of that on X."""
     by: Words
     origin_m: Vector | None = None
-    """Its origin instead of the first."""
+    """Its origin instead of the foot."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,6 +62,8 @@ class ProgramStatus:
     """How long it has waited at the present WAIT DI, M or IF, without the time that it was halted; None elsewhere."""
     raised: Annotated[dict[Name, Count], Few] = field(default_factory=dict)
     """Flag of `M n ASYNC`: how often it was raised since the program began."""
+    planned_in: Text = ""
+    """The file of the line `planned_to`; empty for none."""
 
 
 @dataclass(frozen=True, slots=True)

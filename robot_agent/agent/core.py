@@ -202,7 +202,7 @@ class AgentCore:
             case Planned() | PlanFailed() if not self.interruption.planned(message):
                 self.run.planned(message, self.executive, self.pace.status.stepping, now)
             case PointWritten() | PointNotWritten():
-                self.teaching.written(message, self.run.lookahead.planned_to if self.run.running else 0)
+                self.teaching.written(message, *self.run.planned_to if self.run.running else ("", 0))
             case ProgramRead() | ProgramNotRead():
                 self.loading.heard(message)
             case Frozen():

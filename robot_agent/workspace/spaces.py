@@ -256,7 +256,7 @@ class _Everywhere:
 
 def _forbids(barrier: Barrier, name: str) -> _Rule:
     margin = _millimetres(barrier.margin_m)
-    broken = f"{{who}} comes {{missing}} too near to forbidden space {name} (margin {margin})"
+    broken = f"{{who}} comes up to {{missing}} too near to forbidden space {name} (margin {margin})"
     return _Rule(barrier, broken, f"forbidden space {name} is in the way of {{who}}")
 
 
@@ -268,14 +268,14 @@ def _keeps_in(on: list[SpaceSettings], watched: NDArray[np.intp]) -> _Rule:
     least = min(each.margin_m for each in on)
     room = Room(tuple(_convex(each) for each in on), tuple(each.margin_m - least for each in on))
     names = f"safe space{'' if len(on) == 1 else 's'} {', '.join(each.name for each in on)}"
-    broken = f"{{who}} comes {{missing}} too far out of {names} (margin {_millimetres(least)})"
+    broken = f"{{who}} comes up to {{missing}} too far out of {names} (margin {_millimetres(least)})"
     return _Rule(Barrier(room, least, watched), broken, f"the border of {names} is in the way of {{who}}")
 
 
 def _keeps_pointing(orientation: OrientationSettings, lever_m: float, pointing: NDArray[np.intp]) -> _Rule:
     cone = _Cone(np.array(orientation.towards), orientation.within_rad, lever_m)
     allowed, axis = f"{np.degrees(orientation.within_rad):g} deg", "XYZ"[orientation.axis]
-    broken = f"{axis} of {{who}} points {{missing}} too far away from its direction (allowed {allowed})"
+    broken = f"{axis} of {{who}} points up to {{missing}} too far away from its direction (allowed {allowed})"
     hindrance = f"{axis} of {{who}} at its limit of {allowed} from its direction"
     return _Rule(Barrier(cone, 0.0, pointing), broken, hindrance, lever_m)
 

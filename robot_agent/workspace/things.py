@@ -32,6 +32,7 @@ from cell.geometry import (
     compose,
     point_box_distance,
     pose_from,
+    transform_points,
 )
 from cell.geometry.arrays import Array, Flags
 from robot_agent.kinematics import Model
@@ -45,6 +46,8 @@ FINE_M = 0.00025
 _APART_M = 0.001
 """So much farther than needed a bound on the distance does for it."""
 _ROUNDING_M = 1e-9
+_DEPTHS = 64
+"""Samples of a motion are looked at for how far it comes too near, at most."""
 _BULGE_SHRINKS = 1.0 / 3.0
 """Half the time between samples leaves a quarter of the bulge; somewhat more is taken."""
 
@@ -58,13 +61,13 @@ class Touch:
     link: str
     thing: str
     missing_m: float
-    """By how much the distance falls short of the margin."""
+    """By how much the distance falls short of the margin until it is kept again, at most."""
     margin_m: float
 
     def __str__(self) -> str:
         """For people, without where and when."""
         missing, margin = f"{1000.0 * max(self.missing_m, 0.0):.1f} mm", f"{1000.0 * self.margin_m:g} mm"
-        return f"{named(self.link)} comes {missing} too near to {self.thing} (margin {margin})"
+        return f"{named(self.link)} comes up to {missing} too near to {self.thing} (margin {margin})"
 
 
 class KeptAway(Protocol):
@@ -97,7 +100,7 @@ class KeptAway(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Near:
-    """A column that comes too near, and by how much, at path time `tau` [s]."""
+    """A column that comes too near at path time `tau` [s], and by how much; from there on at most."""
 
     tau: float
     column: int
@@ -199,8 +202,19 @@ def first_near_of(
         columns, first, last = np.flatnonzero(near[start:end].any(axis=0)), cover.edges[start], cover.edges[end]
         found = first_near(kept.among(columns), path.part(first, last), taus[first : last + 1], points_at)
         if found is not None:
-            return replace(found, column=int(columns[found.column]))
+            column = int(columns[found.column])
+            missing_m = max(found.missing_m, _deepest(kept, column, path, taus > found.tau))
+            return Near(found.tau, column, missing_m)
     return None
+
+
+def _deepest(kept: KeptAway, column: int, path: Sweep, after: Flags) -> float:
+    """By how much a column comes too near at samples of a motion `(m,)`, until it is clear again, at most [m]."""
+    samples = np.flatnonzero(after)
+    samples = samples[:: len(samples) // _DEPTHS + 1]
+    clear = kept.among(np.array([column])).clearance(path.points[samples], path.radii, 0.0)[:, 0]
+    passed = np.flatnonzero(clear >= 0.0)
+    return -float(clear[: passed[0] if len(passed) else None].min(initial=0.0))
 
 
 def blocked_of(kept: KeptAway, near: Flags, path: Sweep) -> int | None:
@@ -273,6 +287,16 @@ class Things:
             part, other = self._itself.names(near.column)
             touches.append(Touch(near.tau, part, other, near.missing_m, self._itself.margin_m))
         return min(touches, key=lambda touch: touch.tau, default=None)
+
+    def touches_at(self, pose_world_base: Array, q: Array) -> list[Touch]:
+        """The things that a robot comes too near to that stands at `q` `(n,)`, with the link that does so most."""
+        points, found = transform_points(pose_world_base, self._model.capsules(q)[None]), list[Touch]()
+        for thing in self._things:
+            clear = thing.barrier.clearance(points, self._model.capsule_radii, np.inf)[0]
+            if len(clear) and clear.min() < 0.0:
+                part, margin_m = self._part(thing.barrier, int(clear.argmin())), thing.barrier.margin_m
+                found.append(Touch(0.0, part, thing.name, -float(clear.min()), margin_m))
+        return found
 
     def in_the_way(self, path: Sweep, cover: Cover | None = None) -> str:
         """What samples close to one another come too near to, for people; empty when nothing; see `blocked`.

@@ -1,20 +1,22 @@
-"""Things of a cell: files of triangles that can be read, and links that there are."""
+"""Things of a cell: files of triangles that can be read, links that there are, and robots at home beside them."""
 
 from collections.abc import Iterator
 
+from cell.commands.checks.bodies import placed
 from cell.commands.checks.readings import Readings
 from cell.config.document import Document
-from cell.config.problem import KeyPath, Problem, Severity
+from cell.config.frame_entry import FrameTree
+from cell.config.problem import KeyPath, Problem, Severity, refuses
 from cell.config.thing_entry import ShapedEntry
 from cell.geometry import GeometryError, Mesh
 from robot_agent.kinematics import Model
 from robot_agent.model import TOOL
-from robot_agent.workspace import solid_of, unknown_links
+from robot_agent.workspace import Things, solid_of, unknown_links
 
 
 def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
-    """Meshes that are none, and names in `may_touch` that are no link of the robot."""
-    document = readings.document
+    """Meshes that are none, names in `may_touch` that are no link of the robot, and things in which one is at home."""
+    document, found = readings.document, list[Problem]()
     for name, entry in readings.cell.things.items():
         path: KeyPath = ("things", name)
         for robot, links in entry.may_touch.items():
@@ -23,9 +25,23 @@ def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Probl
             for unknown in unknown_links(models[robot], links):
                 index = links.index(unknown)
                 allowed = f"one of {', '.join((*models[robot].link_names, TOOL, *models[robot].description.parts))}"
-                found = f"{unknown!r}, no link of {robot}"
-                yield document.problem((*path, "may_touch", robot, index), found, allowed)
-        yield from check_shape(document, path, entry)
+                what = f"{unknown!r}, no link of {robot}"
+                found.append(document.problem((*path, "may_touch", robot, index), what, allowed))
+        found += check_shape(document, path, entry)
+    yield from found
+    if not refuses(found):
+        yield from _at_home(readings, models)
+
+
+def _at_home(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
+    """Where programs begin a robot keeps away from things, in the model's home."""
+    frames, document = FrameTree(readings.cell.frames), readings.document
+    things = tuple(entry.settings(name, document, frames) for name, entry in readings.cell.things.items())
+    for robot, at_home in placed(readings, models).items():
+        model = at_home.model
+        for touch in Things(model, things, robot).touches_at(at_home.pose_world_base, model.home):
+            allowed = f"a place from which {robot} at home keeps away, another home, or its links under may_touch"
+            yield document.problem(("things", touch.thing), f"at home {robot}'s {touch}", allowed, at_key=True)
 
 
 def check_shape(document: Document, path: KeyPath, entry: ShapedEntry) -> Iterator[Problem]:

@@ -4,7 +4,7 @@ import math
 import sys
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
@@ -16,7 +16,7 @@ from cell.commands.emergency.words import operator_name
 from cell.commands.errors import CommandError, quoted
 from cell.commands.options import CELL_FILE, CellFileOption, ConnectOption, JsonOption, RobotArgument
 from cell.config.settings import PoseSettings
-from cell.geometry import NoFrame, from_xyz_abc, largest_turn, taught_frame, to_xyz_abc
+from cell.geometry import NoFrame, from_xyz_abc, largest_shift, largest_turn, taught_frame, to_xyz_abc
 from cell.messages import Command, FramePose, PlaceFrame, ProgramState, RobotState, TeachFrame
 
 FrameArgument = Annotated[str, typer.Argument(metavar="FRAME", help="Name of the frame in the cell file.")]
@@ -29,7 +29,7 @@ _STILL_M = 1e-4
 _ERROR_M = 0.001
 """How well people point with a robot, for telling what points allow."""
 _FARTHEST_MM = 1e9
-_POINTS = ("its origin", "a point along its X", "a point aside, towards its Y")
+_POINTS = ("a point on its X", "a second point on its X, farther along", "a point on its Y")
 
 Point = tuple[float, float, float]
 
@@ -84,16 +84,21 @@ def teach(
     file: CellFileOption = Path(CELL_FILE),
     endpoint: ConnectOption = None,
 ) -> None:
-    """Place a frame by three points to which you jog a robot, in another terminal: its origin, along X, aside.
+    """Place a frame by three points to which you jog a robot, in another terminal: two on its X, one on its Y.
 
-    The points are those of the TCP. Nothing is written before you say so.
+    Its origin is where Y meets X; with --origin a fourth point is it. The points are those of the TCP. Nothing is
+    written before you say so.
     """
     with connect(file, endpoint) as operator:
         _check_movable(operator, frame)
         operator.check_robot(robot)
-        points: list[Point] = []
-        for what in (*_POINTS, "its origin, instead of the first point")[: 4 if origin else 3]:
-            points.append(_confirmed(operator, robot, f"{len(points) + 1}: {what}"))
+        taken: list[_Taken] = []
+        for what in (*_POINTS, "its origin")[: 4 if origin else 3]:
+            taken.append(_confirmed(operator, robot, f"{len(taken) + 1}: {what}"))
+        if len(tools := {each.tool for each in taken}) > 1:
+            carried = " and ".join(sorted(tool or "no tool" for tool in tools))
+            raise CommandError(f"points of {carried}: nothing was changed", "take all of them with one tool")
+        points = [each.place for each in taken]
         typer.echo(f"{frame} comes to be at {allowed_by(points)}")
         if not typer.confirm("Take it over?"):
             raise CommandError("nothing was changed")
@@ -142,41 +147,57 @@ def allowed_by(points: list[Point]) -> str:
     aside_mm = 1000.0 * float((measured[2] - measured[0]) @ pose[:3, 1])
     allows = "any turn: measure them farther apart"
     if turn < math.pi / 2.0:
-        far_mm = 2000.0 * math.sin(turn / 2.0)
-        allows = f"a turn of up to {math.degrees(turn):.2f} deg, {far_mm:.1f} mm at 1 m from its origin"
+        far_mm, off_mm = 2000.0 * math.sin(turn / 2.0), 1000.0 * largest_shift(measured, _ERROR_M)
+        allows = (
+            f"an origin up to {off_mm:.1f} mm off and a turn of up to {math.degrees(turn):.2f} deg, "
+            f"{far_mm:.1f} mm at 1 m from it"
+        )
     return (
         f"{_pose_text(pose)}; the points lie {along_mm:.1f} mm along X and {aside_mm:.1f} mm aside: "
         f"errors of {1000.0 * _ERROR_M:g} mm in each of them allow {allows}"
     )
 
 
-def _confirmed(operator: Connection, robot: str, point: str) -> Point:
-    """Where a robot stands once the operator says that it is at the point [m, world]."""
+class _Taken(NamedTuple):
+    """Where the TCP stands [m, world], and of which tool it is; an empty name for the flange."""
+
+    place: Point
+    tool: str
+
+
+def _confirmed(operator: Connection, robot: str, point: str) -> _Taken:
+    """Where a robot stands once the operator says that it is at the point."""
     while True:
         typer.echo(f"Jog {robot} to point {point}; then press Enter (Ctrl-C breaks off)")
         if not sys.stdin.readline():
             raise CommandError("broken off: nothing was changed")
         try:
-            x, y, z = standing_at(operator, robot)
+            taken = standing_at(operator, robot)
         except CommandError as error:
             typer.echo(f"not taken: {error.what}")
             continue
-        typer.echo(f"  {1000.0 * x:.2f}, {1000.0 * y:.2f}, {1000.0 * z:.2f} mm")
-        return (x, y, z)
+        x, y, z = (1000.0 * value for value in taken.place)
+        typer.echo(f"  {x:.2f}, {y:.2f}, {z:.2f} mm{f', the TCP of {taken.tool}' if taken.tool else ''}")
+        return taken
 
 
-def standing_at(operator: Connection, robot: str) -> Point:
-    """Where the robot's TCP stands [m, world]. Raises `CommandError` when it moves or nobody knows."""
-    seen: list[Point] = []
+def standing_at(operator: Connection, robot: str) -> _Taken:
+    """Where the robot's TCP stands.
+
+    Raises `CommandError`: it moves, or nobody knows where it is or what it carries.
+    """
+    seen: list[_Taken] = []
     for _ in range(2):
         state = _next_state(operator, robot)
         if state.tcp_position_m is None:
             raise CommandError(f"{robot} does not know where it is: `cell drives` says why")
         if not at_rest(state):
             raise CommandError(f"{robot} moves")
-        seen.append(state.tcp_position_m)
+        if state.tool is None:
+            raise CommandError(f"nobody has said what {robot} carries: `cell tool {robot} NAME|none`")
+        seen.append(_Taken(state.tcp_position_m, state.tool))
         time.sleep(_APART_S / 2.0)
-    if math.dist(*seen) > _STILL_M:
+    if math.dist(seen[0].place, seen[1].place) > _STILL_M or seen[0].tool != seen[1].tool:
         raise CommandError(f"{robot} moves")
     return seen[1]
 
@@ -222,8 +243,9 @@ def move_frame(operator: Connection, frame: str, command: Command) -> None:
             typer.echo(f"{robot}: has not said that it knows; once it is heard it plans with it ({look})")
         elif state.program.state in (ProgramState.RUNNING, ProgramState.INTERRUPTED) and state.program.planned_to:
             typer.echo(
-                f"{robot}: motions that are planned already, up to line {state.program.planned_to}, keep the old "
-                "place; what comes after is planned with the new one"
+                f"{robot}: motions that are planned already keep the old place, until it is through line "
+                f"{state.program.planned_to} of {state.program.planned_in} next; "
+                "what comes after is planned with the new one"
             )
         else:
             typer.echo(f"{robot}: its next motions are planned with it")

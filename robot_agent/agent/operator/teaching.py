@@ -140,8 +140,8 @@ class Teaching:
         self._program, self._points = program, program.points
         self._frames.need(program.frames)
 
-    def written(self, outcome: PointWritten | PointNotWritten, planned_to: int) -> None:
-        """Take what became of it; the program has planned up to a line, 0 for none."""
+    def written(self, outcome: PointWritten | PointNotWritten, planned_in: str, planned_to: int) -> None:
+        """Take what became of it; the program has planned up to a line of a file, 0 for none."""
         waiting = self._waiting
         if waiting is None or outcome.id != waiting.id:
             return
@@ -151,7 +151,8 @@ class Teaching:
             self._frames.need(self._program.frames)
             text = f"{self._robot}: {waiting.name} is written; the program takes it where it comes to it from now on"
             if planned_to:
-                text += f"; motions that are planned already, up to line {planned_to}, keep the old place"
+                until = f"until it is through line {planned_to} of {planned_in} next"
+                text += f"; motions that are planned already keep the old place, {until}"
             reply = Reply(waiting.call_id, True, text)
         else:
             reply = Reply(waiting.call_id, False, f"{waiting.name} is not written: {outcome.reason}")

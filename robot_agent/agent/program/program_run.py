@@ -468,13 +468,21 @@ class ProgramRun:
     @property
     def status(self) -> ProgramStatus:
         file, line = self._program.place_of(self.line)
+        planned_in, planned_to = self.planned_to
         return ProgramStatus(
             file,
             self.state,
             line,
             self._program.text_of(self.line),
             self.error,
-            self._program.place_of(self.lookahead.planned_to)[1],
+            planned_to,
             variables=self.variables,
             raised={str(flag): count for flag, count in sorted(self.flags.raised.items())},
+            planned_in=planned_in,
         )
+
+    @property
+    def planned_to(self) -> tuple[str, int]:
+        """File and line of the newest move that is planned or being planned; nothing and 0 for none."""
+        line = self.lookahead.planned_to
+        return self._program.place_of(line) if line else ("", 0)

@@ -70,6 +70,17 @@ def test_a_mesh_that_does_not_close_is_told_and_allowed(tmp_path: Path) -> None:
         assert all("things.table.mesh.file" in each for each in told)
 
 
+@pytest.mark.parametrize(("height_mm", "sides"), [(2217, ["left", "right"]), (4000, [])])
+def test_robots_at_home_keep_away_from_things(height_mm: int, sides: list[str], tmp_path: Path) -> None:
+    """Whatever their programs do, even nothing."""
+    table = f"box: [4000, 400, 400], pose: {{X: 0, Y: 0, Z: {height_mm}, A: 0, B: 0, C: 0}}"
+    told = [str(each) for each in check_cell(with_thing(tmp_path, table).cell)[1] if "at home" in str(each)]
+    assert len(told) == len(sides)
+    for each, side in zip(told, sides, strict=True):
+        assert f"things.table: found at home {side}'s link " in each
+        assert "too near to table (margin 5 mm)" in each
+
+
 def test_a_program_that_leads_into_a_thing_is_told_with_its_line_and_the_way_that_is_free(tmp_path: Path) -> None:
     table = "box: [600, 800, 50], pose: {X: 0, Y: 0, Z: 1150, A: 0, B: 0, C: 0}"
     bundle, problems = check_cell(with_thing(tmp_path, table).cell)

@@ -10,6 +10,7 @@ from cell.geometry import (
     frame_from_axes,
     frame_from_points,
     from_xyz_abc,
+    largest_shift,
     largest_turn,
     quaternion,
     taught_frame,
@@ -36,14 +37,15 @@ def test_two_points_along_each_axis_give_the_frame_too() -> None:
     np.testing.assert_allclose(found, POSES, atol=1e-12)
 
 
-def test_a_fourth_point_is_the_origin_instead_of_the_first() -> None:
-    """The frame of the seed, whose origin is the foot of the third point on X: section 10.3, in mm."""
+def test_the_origin_of_three_points_is_the_foot_of_the_third_on_x_or_a_fourth() -> None:
+    """The frame of the textbook, section 10.3, in mm."""
     points = np.array([[1085.287, 249.240, 282.635], [1341.147, 396.962, 230.541], [923.319, 328.274, 287.125]])
-    foot = np.array([1000.0, 199.999, 300.0])
-    found = taught_frame(np.vstack([points, foot]))
+    found = taught_frame(points)
+    np.testing.assert_allclose(found[:3, 3], [1000.0, 199.999, 300.0], atol=1e-3)
     np.testing.assert_allclose(np.degrees(to_xyz_abc(found)[3:]), [-5, 10, 30], atol=1e-3)
-    np.testing.assert_allclose(found[:3, 3], foot)
-    np.testing.assert_allclose(taught_frame(points)[:3, 3], points[0])
+    fourth = taught_frame(np.vstack([points, [1.0, 2.0, 3.0]]))
+    np.testing.assert_allclose(fourth[:3, 3], [1.0, 2.0, 3.0])
+    np.testing.assert_allclose(fourth[:3, :3], found[:3, :3])
 
 
 @pytest.mark.parametrize("points", [np.eye(3)[:2], np.zeros((5, 3)), np.zeros(3)])
@@ -67,12 +69,12 @@ def test_points_with_a_millimetre_of_error_turn_the_frame_no_farther_than_they_a
     points = np.array([[0.0, 0, 0], [along, 0, 0], [foot, aside, 0]])
     moved = points + [0.001 * error / max(np.linalg.norm(error), 1.0) for error in errors]
     try:
-        rotation = taught_frame(moved)[:3, :3]
+        found = taught_frame(moved)
     except NoFrame:
         return  # told to whoever measures
-    turned = 2.0 * np.arccos(min(float(quaternion.from_matrix(rotation)[3]), 1.0))
+    turned = 2.0 * np.arccos(min(float(quaternion.from_matrix(found[:3, :3])[3]), 1.0))
     assert turned <= largest_turn(points, 0.001) + 1e-7
-    assert np.linalg.norm(taught_frame(moved)[:3, 3]) <= 0.001 + 1e-12
+    assert np.linalg.norm(found[:3, 3] - [foot, 0.0, 0.0]) <= largest_shift(points, 0.001) + 1e-12
 
 
 def test_what_points_allow_is_not_far_from_what_their_worst_errors_do() -> None:
@@ -80,6 +82,9 @@ def test_what_points_allow_is_not_far_from_what_their_worst_errors_do() -> None:
     worst = points + np.array([[0, 0, 0.001], [0, 0, -0.001], [0, 0, -0.001]])
     turned = 2.0 * np.arccos(quaternion.from_matrix(taught_frame(worst)[:3, :3])[3])
     assert turned < largest_turn(points, 0.001) < 2.0 * turned
+    worst = points + np.array([[0, -0.001, 0], [0, 0.001, 0], [0.001, 0, 0]])
+    shifted = float(np.linalg.norm(taught_frame(worst)[:3, 3]))
+    assert shifted < largest_shift(points, 0.001) < 3.0 * shifted
 
 
 def test_points_nearer_to_each_other_than_their_errors_allow_any_turn() -> None:

@@ -52,6 +52,8 @@ class Cell:
         self.asked: list[Command] = []
         self.reply = Reply("1", True, "frame table moves", data="7001")
         self.moves = False
+        self.tools: list[str | None] = []
+        """What it carries from one look to the next; no tool after the last."""
         self.line, self.planned_to, self.version = 0, 0, 7001
         self._places = list(places)
         self._looks = 0
@@ -59,11 +61,11 @@ class Cell:
     def look(self) -> Snapshot:
         self._looks += 1
         running = ProgramState.RUNNING if self.planned_to else ProgramState.LOADED
-        program = ProgramStatus("p", running, self.line, "", planned_to=self.planned_to)
+        program = ProgramStatus("p", running, self.line, "", planned_to=self.planned_to, planned_in="p.prog")
         place = self._places[0] if self._places else (0.0, 0.0, 0.0)
         state = RobotState(
             "left", "b", self._looks, Mode.READY, program, (), place, UPRIGHT, 0.1 if self.moves else 0.0, None,
-            frames={"nest": self.version},
+            frames={"nest": self.version}, tool=self.tools.pop(0) if self.tools else "",
         )  # fmt: skip
         return Snapshot(robots={"left": state, "right": replace(state, robot="right")})
 
@@ -191,7 +193,7 @@ def test_teach_hands_on_the_points_at_which_the_robot_stood_and_says_what_they_a
     assert cell.asked == [TeachFrame("table", POINTS, "anna@pc")]
     told = capsys.readouterr().out
     assert "X 500.00 Y 0.00 Z 0.00 mm" in told
-    assert "the points lie 500.0 mm along X and 300.0 mm aside: errors of 1 mm in each of them allow a turn" in told
+    assert "the points lie 500.0 mm along X and 300.0 mm aside: errors of 1 mm in each of them allow an origin" in told
 
 
 def test_a_fourth_point_is_the_origin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -228,6 +230,21 @@ def test_no_point_is_taken_of_a_robot_that_moves_or_does_not_know_where_it_is(tm
         standing_at(operator(cell), "left")
 
 
+def test_no_point_is_taken_while_nobody_has_said_which_tool_is_mounted(tmp_path: Path) -> None:
+    cell = Cell(tmp_path, *POINTS)
+    cell.tools = [None] * 10
+    with pytest.raises(CommandError, match=r"nobody has said what left carries: `cell tool left NAME\|none`"):
+        standing_at(operator(cell), "left")
+
+
+def test_points_of_two_tools_give_no_frame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cell = Cell(tmp_path, *POINTS)
+    cell.tools = ["probe"] * 8
+    with pytest.raises(CommandError, match="points of no tool and probe: nothing was changed"):
+        taught(cell, monkeypatch)
+    assert cell.asked == []
+
+
 def test_a_pushed_robot_stands_where_it_is_measured_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cell = Cell(tmp_path, *POINTS)
     monkeypatch.setattr(module.time, "sleep", lambda _: cell.stepped())
@@ -251,7 +268,7 @@ def test_after_it_has_moved_each_robot_with_things_in_it_says_from_which_line_on
     move_frame(operator(cell), "table", PLACE)
     told = capsys.readouterr().out
     assert "manager: frame table moves\n" in told
-    assert "left: motions that are planned already, up to line 12, keep the old place; what comes after" in told
+    assert "keep the old place, until it is through line 12 of p.prog next; what comes after is planned with" in told
     cell.planned_to = 0
     move_frame(operator(cell), "nest", PLACE)
     assert "left: its next motions are planned with it\nright: its next motions" in capsys.readouterr().out
