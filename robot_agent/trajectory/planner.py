@@ -31,7 +31,7 @@ from robot_agent.trajectory.timing.continuation import Continuation, PathUnderWa
 from robot_agent.trajectory.timing.dispatch import in_time
 from robot_agent.trajectory.timing.independent import Independent
 from robot_agent.trajectory.timing.optimal.onward import fastest_onward
-from robot_agent.trajectory.timing.round_edges import halfway_s, perhaps_slower
+from robot_agent.trajectory.timing.round_edges import halfway_s, slower_edges
 from robot_agent.trajectory.timing.timed import Timed
 
 _CAP_SAMPLES = 64
@@ -48,7 +48,7 @@ _WORTH_PLANNING = 0.02
 _CLEARLY_S = 0.02
 """Among many edges one counts where a stop seems to be so much quicker."""
 _FEW_EDGES, _ROUNDING_S = 2, 5e-4
-"""With so few it is planned again wherever a stop may be quicker, and the quickest is taken to some such time."""
+"""With so few it is always planned again with stops, and the quickest is taken to some such time."""
 _Timed = tuple[list[JointPath | Independent], list[Timed]]
 """Paths and their times."""
 
@@ -90,20 +90,26 @@ def _without_slow_edges(
 
     `known` is how many blocks come before those of `paths`.
     """
-    found = [
+    slow = [
         each
-        for run, time in zip(*rounded, strict=True)
-        if isinstance(run, JointPath)
-        for each in paths.perhaps_slower(run, time)
-        if each[0].before >= known
+        for run in rounded[0]
+        for each in run.transitions
+        if each.passing is Passing.ROUNDED and each.before >= known
     ]
-    met = [each for run in rounded[0] for each in run.transitions if each.before >= known]
-    exactly = sum(each.passing is Passing.ROUNDED for each in met) <= _FEW_EDGES
-    if not exactly:
-        found = [(corner, gain_s) for corner, gain_s in found if gain_s > _CLEARLY_S]
-    if not found or not (exactly or sum(gain_s for _, gain_s in found) > _WORTH_PLANNING * _lasting_s(rounded)):
+    few = len(slow) <= _FEW_EDGES
+    if not few:
+        clearly = [
+            each
+            for run, time in zip(*rounded, strict=True)
+            if isinstance(run, JointPath)
+            for each in paths.slower_edges(run, time)
+            if each[0].before >= known and each[1] > _CLEARLY_S
+        ]
+        if sum(gain_s for _, gain_s in clearly) <= _WORTH_PLANNING * _lasting_s(rounded):
+            return rounded
+        slow = [corner for corner, _ in clearly]
+    if not slow:
         return rounded
-    slow = [corner for corner, _ in found]
     stopped = timed(paths.stopping(corner.before - known for corner in slow))
     at, resting = halfway_s(*rounded), halfway_s(*stopped)
     won_s = {
@@ -112,7 +118,7 @@ def _without_slow_edges(
     }
     lost_s = -sum(won for won in won_s.values() if won < 0.0)
     again = [stopped]
-    if lost_s > (_ROUNDING_S if exactly else _WORTH_PLANNING * _lasting_s(stopped)) and max(won_s.values()) > 0.0:
+    if lost_s > (_ROUNDING_S if few else _WORTH_PLANNING * _lasting_s(stopped)) and max(won_s.values()) > 0.0:
         again.append(timed(paths.stopping(block for block, won in won_s.items() if won > 0.0)))
     return min(rounded, *again, key=_lasting_s)
 
@@ -186,9 +192,9 @@ class _Paths:
             replace(block, round_m=0.0) if number in stops else block for number, block in enumerate(sequence.blocks)
         )
 
-    def perhaps_slower(self, path: JointPath, timed: Timed) -> list[tuple[Transition, float]]:
-        """The round edges of a path that may take longer than a stop, and by how much [s]."""
-        return perhaps_slower(self._model, path, timed, self._limits)
+    def slower_edges(self, path: JointPath, timed: Timed) -> list[tuple[Transition, float]]:
+        """The round edges of a path that seem to take longer than a stop, and by how much [s]."""
+        return slower_edges(self._model, path, timed, self._limits)
 
     def stopping(self, stops: Iterable[int]) -> "_Paths":
         """The same with a stop in place of the round edge after each of the blocks `stops`."""

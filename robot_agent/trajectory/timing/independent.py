@@ -16,6 +16,8 @@ from robot_agent.trajectory.timing.timed import Timed
 
 _CUBIC = (ProfileKind.S_CURVE, ProfileKind.TRAPEZOIDAL)
 _PIECE_S = 0.004
+_LOOKS = np.arange(1, 64) / 64
+"""Where caps are looked at between two steps of the profiles, however short these are, beside every `_PIECE_S`."""
 _SHORTEST_PIECE_S = 1e-4
 
 
@@ -49,7 +51,9 @@ class Independent:
         starts = np.unique(np.concatenate([each.starts for each in own]))
         pieces = _exact(own, starts) if limits.shaping.profile in _CUBIC else _close(own, starts)
         pieces.coefficients[:, 0] += self.start
-        k = max(1.0, self._excess(model, pieces, even_times(starts, _PIECE_S), limits))
+        between = starts[:-1, None] + np.diff(starts)[:, None] * _LOOKS
+        times = np.concatenate([even_times(starts, _PIECE_S), between.ravel()])
+        k = max(1.0, self._excess(model, pieces, times, limits))
         return Timed(pieces.slower(1.0 / k), np.array([0.0, pieces.duration_s * k]), np.array([0.0, self.stretch.end]))
 
     def _profile(self, limits: Limits, joint: int) -> Profile:

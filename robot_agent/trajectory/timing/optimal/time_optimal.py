@@ -28,7 +28,7 @@ FINE = 4.0
 """Intervals per ramp of the acceleration."""
 _FAR = 1.02
 """Jerk costs much where a motion takes more than so many times the time without it and the ramps at both ends."""
-_LADDER = (1.0, 2.0, 3.0)
+_LADDER = (1.4, 2.0, 3.0)
 """Intervals per ramp with which any motion is searched first, and such a motion again: the coarser, the farther a
 search looks past what slows the motion down."""
 _REFINEMENTS, _REFINED, _STEADY = 6, 8, 0.1
@@ -49,6 +49,8 @@ _CERTAIN = 1.0005
 _EASABLE = (1.02, 1.05)
 """What has to be so much slower, or less, is not searched again but eased: after the first attempt, after others."""
 _EASINGS = 11
+_ROUGH = 2.0
+"""What has to be so much slower has intervals that are too long: shorter ones come first."""
 _QUARTERS = 4.0
 """What a stretch allows counts for the joints' speed a quarter of a piece before and after it, too."""
 
@@ -67,10 +69,11 @@ def fastest_of(model: Model, paths: list[JointPath], limits: Limits) -> list[Tim
     laws = _coarsely(paths, bounds, ramp)
     made: dict[int, Timed] = {}
     waiting = list(range(len(paths)))
-    for intervals in _ROUNDS:
+    for number_of_round, intervals in enumerate(_ROUNDS, 1):
         initials = [law.resampled(ramp / intervals, MOST_INTERVALS) for law in laws]
         fine = _limited(initials, [bounds[k] for k in waiting]).tightened(np.full((3, 1), MARGIN))
-        kept = _kept(model, [bounds[k] for k in waiting], initials, Search(fine, begin(fine)))
+        last = number_of_round == len(_ROUNDS)
+        kept = _kept(model, [bounds[k] for k in waiting], initials, Search(fine, begin(fine)), last=last)
         for number, (timed, _) in zip(waiting, kept, strict=True):
             if number not in made or timed.pieces.duration_s < made[number].pieces.duration_s:
                 made[number] = timed
@@ -112,13 +115,15 @@ def _searched(initials: list[InitialLaw], bounds: list[PathLimits]) -> list[Timi
 
 
 def _kept(
-    model: Model, bounds: list[PathLimits], initials: list[InitialLaw], search: Search
+    model: Model, bounds: list[PathLimits], initials: list[InitialLaw], search: Search, *, last: bool
 ) -> list[tuple[Timed, TimingLaw]]:
     """Joints over time that keep their limits everywhere; paths where they do not yet are searched again.
 
-    Beside them the law, which may be faster: its intervals are too long for what the limits do inside them.
+    Beside them the law, which may be faster: its intervals are too long for what the limits do inside them. Where they
+    are by far, it is only slowed down there, so that the next round, unless this is the `last`, has shorter ones there.
     """
     made: dict[int, tuple[Timed, TimingLaw, Numbers]] = {}
+    rough: dict[int, tuple[Timed, TimingLaw]] = {}
     waiting = list(range(len(bounds)))
     for attempt in range(_ATTEMPTS):
         search.run(gap=0.003, kept=MARGIN - 1.0)
@@ -126,15 +131,21 @@ def _kept(
         for number, law in zip(waiting, _laws([initials[k] for k in waiting], search.c), strict=True):
             each, k, used = _slowed(model, bounds[number], law)
             excess.append(used)
+            if k > _ROUGH and attempt == 0 and not last:
+                most = _ROUGH ** np.arange(1.0, 4.0)[:, None]
+                rough[number] = each, TimingLaw(law.initial, law.squared * easing(np.minimum(used, most)))
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
                 made[number] = each, law, used
-            late.append(k > _EASABLE[attempt > 0])
+            late.append(k > _EASABLE[attempt > 0] and number not in rough)
         if not any(late):
             break
         search.keep_only(np.array(late))
         search.tighten(_tighter([used for used, again in zip(excess, late, strict=True) if again]))
         waiting = [number for number, again in zip(waiting, late, strict=True) if again]
-    return [(_eased(model, bound, *made[number]), made[number][1]) for number, bound in enumerate(bounds)]
+    return [
+        rough[number] if number in rough else (_eased(model, bound, *made[number]), made[number][1])
+        for number, bound in enumerate(bounds)
+    ]
 
 
 def _eased(model: Model, bounds: PathLimits, best: Timed, law: TimingLaw, used: Numbers) -> Timed:

@@ -1,5 +1,7 @@
 """Programs at the extremes: a motion within its limits, or a refusal in the planner's own words."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,9 @@ from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model, load_model
 from robot_agent.paths import Arc, Block, JointMove, Line, Passing, Sequence, Spline
 from robot_agent.trajectory import Governor, Limits, Motion, PlanError, plan
+from robot_agent.trajectory.joints.pieces import Pieces
+from robot_agent.trajectory.timing import tcp_use
+from robot_agent.trajectory.timing.optimal import time_optimal
 from tests.unit.extreme_moves import ROOM_M, extreme_sequence
 from tests.unit.repository import ROOT
 
@@ -253,3 +258,23 @@ def test_a_line_beside_the_wrists_singular_pose_is_not_refused_because_it_may_fl
     for flips in (False, True):
         motion = plan(model, Sequence([Line(end, 0.2, 1, wrist_may_flip=flips)]), limits, start=start)
         np.testing.assert_allclose(motion.pose(np.array(motion.duration_s)), end, atol=1e-6)
+
+
+def test_three_rounds_of_a_circle_of_half_a_millimetre_are_planned_in_few_pieces(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On which the tool turns by 20 degrees: a coarse search is far from keeping its limits. 77 000 pieces before."""
+    model, pieces = MODELS["palletizer"], list[int]()
+    start = np.radians([4.832, -28.076, 13.482, 3.558])
+    places = [[0.8518253, 0.0721697, 1.7896402, 0, 0, 20.0471], [0.8521945, 0.0723671, 1.7895711, 0, 0, 8.3896]]
+    via, target = from_xyz_abc(np.array(places) * np.array([1.0, 1.0, 1.0, *3 * [np.pi / 180.0]]))
+
+    def counted(model: Model, fitted: Pieces, *more: Any) -> np.ndarray:
+        pieces.append(len(fitted.knots))
+        return tcp_use.near_use(model, fitted, *more)
+
+    monkeypatch.setattr(time_optimal, "near_use", counted)
+    arc = Arc(via, target, 1, angle_rad=6.0 * np.pi, speed_m_s=0.3)
+    motion = plan(model, Sequence([arc]), Limits.of(model.description), start=start)
+    assert max(pieces) < 40_000
+    assert motion.duration_s < 3.75

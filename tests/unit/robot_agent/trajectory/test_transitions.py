@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import load_model
 from robot_agent.paths import Arc, Block, JointMove, Line, Passing, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, PlanError, plan
@@ -304,6 +305,23 @@ def test_where_an_edge_is_about_as_quick_as_a_stop_the_quicker_is_taken(name: st
     stopping_s = lasting_s(None)
     for round_mm in (1.0, 3.0, 10.0):
         assert lasting_s(round_mm) <= stopping_s + 5e-4
+
+
+@pytest.mark.parametrize(("feed_m_s", "round_mm"), [(0.05, 5.0), (0.1, 10.0), (0.05, 1.0)])
+def test_a_slow_round_edge_in_which_the_tool_turns_is_not_slower_than_the_stop(
+    feed_m_s: float, round_mm: float
+) -> None:
+    """However far an estimate is off: these were up to 60 ms slower."""
+    model = load_model(ROOT / "cell_configs" / "models" / "cobot.yaml")
+    start = np.radians([-24.87, -132.49, 118.42, 111.69, -88.01, 13.47])
+    xyz_abc = [[0.03061, 0.13856, 0.46635, -90.45, -22.38, -117.29], [0.0726, 0.13186, 0.49034, -97.88, 0.15, -128.48]]
+    first, second = from_xyz_abc(np.array(xyz_abc) * np.array([1.0, 1.0, 1.0, *3 * [np.pi / 180.0]]))
+
+    def lasting_s(round_m: float | None) -> float:
+        moves = Line(first, feed_m_s, 1, round_m=round_m), Line(second, feed_m_s, 2)
+        return plan(model, Sequence(moves), Limits.of(model.description), start=start).duration_s
+
+    assert lasting_s(round_mm / 1000.0) <= lasting_s(None) + 5e-4
 
 
 def test_round_edges_at_both_ends_of_a_move_of_some_micrometres_are_stops() -> None:
