@@ -40,8 +40,8 @@ class Transition:
     deviation_m: float = 0.0
     """How far at most the path leaves the blocks where it is blended, or passes a rounded corner."""
     deviation_rad: float = 0.0
-    """How far at most the TCP turns from its programmed orientation where its rate is blended, to both sides of the
-    border; at the border it has the programmed one."""
+    """How far at most the TCP turns from its programmed orientation after the same way, where its rate is blended, to
+    both sides of the border; at the border it has the programmed one."""
 
     cut_m: float = 0.0
     """How far from the corner a round edge begins and ends."""
