@@ -142,10 +142,16 @@ class RobotEntry(BaseModel):
         description="the file of its taught points, relative to this one; default NAME.points.yaml beside its program, "
         "which comes to be with the first point that is taught",
     )
+    tool: str | None = Field(
+        None,
+        description="the tool on its flange when its agent starts, of those in its robot file, or `none`; default what "
+        "the robot file says",
+    )
     mounted_at_start: Annotated[MountedAtStart, Field(strict=False)] = Field(
         MountedAtStart.ASK,
         description="of a program with T, ATTACH or DETACH: `as_described`, somebody sees to it that the robot has the "
-        "tool of its robot file, and no part, whenever its agent starts; `ask`, an operator says it after each start",
+        "tool of `tool` or of its robot file, and no part, whenever its agent starts; `ask`, an operator says it after "
+        "each start",
     )
     corrections: dict[Name, CorrectionEntry] = Field(default={}, description="what TRACK in its program may follow")
     path_window: PathWindowEntry = Field(
@@ -305,6 +311,7 @@ class CellFile(BaseModel):
                     separation is not None,
                     document.beside(robot.points or str(Path(robot.program).parent / f"{name}.points.yaml")),
                     robot.mounted_at_start,
+                    robot.tool,
                 )
                 for name, robot in self.robots.items()
             },

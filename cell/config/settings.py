@@ -27,7 +27,7 @@ class MountedAtStart(Enum):
 
     ASK = "ask"
     AS_DESCRIBED = "as_described"
-    """The tool of its robot file and no part: somebody sees to that before each start."""
+    """The tool of the cell file or the robot file and no part: somebody sees to that before each start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,6 +242,8 @@ class RobotSettings:
     points: Path = Path("points.yaml")
     """What it was taught; the file need not be there."""
     mounted_at_start: MountedAtStart = MountedAtStart.ASK
+    tool: str | None = None
+    """On its flange when its agent starts; None: what its model says."""
 
     @property
     def program_spaces(self) -> frozenset[str]:

@@ -1,6 +1,7 @@
 """The robot file: links, limits, home position and body."""
 
 from robot_agent.model.description import (
+    NO_TOOL,
     TOOL,
     Apart,
     CapsuleBody,
@@ -21,6 +22,7 @@ from robot_agent.model.load import URDF, load_description
 
 __all__ = [
     "FAMILIES",
+    "NO_TOOL",
     "TOOL",
     "URDF",
     "Apart",

@@ -19,6 +19,7 @@ class ProfileKind(Enum):
     QUINTIC = "quintic"
 
 
+NO_TOOL = "none"
 TOOL = "tool"
 """Where links are named: the body of the mounted tool, which is not the flange's."""
 JERK_PER_ACCELERATION = 10.0

@@ -13,7 +13,7 @@ from robot_agent.workspace.body import (
 from robot_agent.workspace.braking import BRAKING_RESERVE, Braking
 from robot_agent.workspace.cover import Cover
 from robot_agent.workspace.itself import Itself, named, owned_by, part_of
-from robot_agent.workspace.placed_robot import PlacedRobot
+from robot_agent.workspace.placed_robot import PlacedRobot, with_tool
 from robot_agent.workspace.sections import (
     BACKING_RATE,
     FOLLOWING_M,
@@ -66,4 +66,5 @@ __all__ = [
     "unknown_body",
     "unknown_links",
     "with_entry",
+    "with_tool",
 ]

@@ -12,7 +12,7 @@ from cell.config.settings import JointRange, PoseSettings, RobotSettings
 from cell.geometry import transform_points
 from cell.geometry.pose import pose_from
 from robot_agent.kinematics import Model, load_model, model_of
-from robot_agent.model.description import Mounted
+from robot_agent.model.description import NO_TOOL, Mounted
 from robot_agent.trajectory import Limits
 from robot_agent.workspace.spaces import Spaces
 from robot_agent.workspace.things import Things
@@ -46,7 +46,8 @@ class PlacedRobot:
             robot_agent.kinematics.BadModel: its geometry is not one of its family.
             cell.geometry.GeometryError: the mesh of a thing is none.
         """
-        model = narrowed(load_model(settings.model) if model is None else model, settings.joints)
+        model = with_tool(load_model(settings.model) if model is None else model, settings.tool)
+        model = narrowed(model, settings.joints)
         things = Things(model, settings.things, settings.name)
         spaces = Spaces(model, settings.spaces, settings.orientation)
         return cls.at(model, settings.base, things, spaces, kept_apart=settings.kept_apart)
@@ -85,6 +86,13 @@ def _mountings(model: Model) -> set[Mounted]:
         {(), *((name,) for name in names), tuple(names)} for names in (model.description.tools, model.description.parts)
     )
     return {Mounted(*each) for each in product(tools, parts)} - {model.description.mounted}
+
+
+def with_tool(model: Model, tool: str | None) -> Model:
+    """The model with this of its tools mounted, `NO_TOOL` for none; None: with what it has."""
+    if tool is None:
+        return model
+    return model_of(replace(model.description, mounted=Mounted(() if tool == NO_TOOL else (tool,))))
 
 
 def narrowed(model: Model, joints: Mapping[str, JointRange]) -> Model:

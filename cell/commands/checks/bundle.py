@@ -1,5 +1,6 @@
 """From the path of a cell file to everything that its processes need, or to all problems of all files."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from cell.commands.checks.separation import check_separation
 from cell.commands.checks.spaces import check_spaces
 from cell.commands.checks.things import check_things
 from cell.commands.checks.times import check_times
+from cell.config.cell_file import CellFile
+from cell.config.document import Document
 from cell.config.load import cell_settings, read_cell
 from cell.config.problem import Problem, refuses
 from cell.config.settings import CellSettings
@@ -19,7 +22,8 @@ from drive_gateway.config import GatewaySettings
 from drive_gateway.sim.config.load import simulation_of
 from drive_gateway.sim.config.simulation import Simulation
 from robot_agent.kinematics import KinematicsError, Model, model_of
-from robot_agent.workspace import PlacedRobot
+from robot_agent.model import NO_TOOL
+from robot_agent.workspace import PlacedRobot, with_tool
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,10 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
         return None, problems
     named = read_named_files(reading.document)
     models, unfit = _kinematic_models(named)
-    problems += [*named.problems(), *unfit, *check_programs(reading.document, named, models)]
+    problems += [*named.problems(), *unfit]
+    if reading.content is not None:
+        problems += _mounted(reading.document, reading.content, models)
+    problems += check_programs(reading.document, named, models)
     if reading.content is not None:
         readings = Readings(reading.document, reading.content, named)
         problems += [*check_drives(readings), *check_times(readings), *check_buses(readings)]
@@ -75,6 +82,19 @@ def _kinematic_models(named: NamedFiles) -> tuple[dict[str, Model], list[Problem
         else:
             models[robot] = model
     return models, problems
+
+
+def _mounted(document: Document, cell: CellFile, models: dict[str, Model]) -> Iterator[Problem]:
+    """Give robots the tools that the cell file names; a problem where the robot file has no such tool."""
+    for robot, entry in cell.robots.items():
+        if entry.tool is None or robot not in models:
+            continue
+        known = (*models[robot].description.tools, NO_TOOL)
+        if entry.tool in known:
+            models[robot] = with_tool(models[robot], entry.tool)
+        else:
+            allowed = f"a tool of its robot file, or none: {', '.join(known)}"
+            yield document.problem(("robots", robot, "tool"), f"unknown tool {entry.tool!r}", allowed)
 
 
 def _bundle(settings: CellSettings, named: NamedFiles, models: dict[str, Model]) -> CellBundle:

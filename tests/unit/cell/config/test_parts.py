@@ -10,7 +10,7 @@ from cell.commands.checks import check_cell
 from cell.commands.checks.motions import check_motions
 from robot_agent.kinematics import load_model, model_of
 from robot_agent.model import Mounted, RobotDescription, load_description
-from robot_agent.workspace import part_of
+from robot_agent.workspace import PlacedRobot, part_of
 from tests.unit.config_world import CELL, ROBOT, Copy
 
 GRIP = "tcp: {X: 100, Y: 0, Z: 0, A: 0, B: 0, C: 90}, capsules: [{start: [0, 0, 0], end: [90, 0, 0], radius: 40}]"
@@ -151,6 +151,33 @@ def with_tools(folder: Path, mounted: str = "tool: grip\n") -> Copy:
 def test_what_a_program_cannot_mount_is_found_before_a_robot_moves(tmp_path: Path, program: str, problem: str) -> None:
     told = found(with_tools(tmp_path), program)
     assert any(problem in each for each in told), told
+
+
+@pytest.mark.parametrize(("tool", "mounted"), [("lance", ("lance",)), ("none", ()), (None, ("grip",))])
+def test_robots_of_one_robot_file_begin_with_the_tools_of_the_cell_file(
+    tmp_path: Path, tool: str | None, mounted: tuple[str, ...]
+) -> None:
+    copy = with_tools(tmp_path)
+    if tool is not None:
+        copy.change(CELL, "program: programs/left.prog", f"program: programs/left.prog\n    tool: {tool}")
+    bundle, problems = check_cell(copy.cell)
+    assert bundle is not None, problems
+    robots = {side: PlacedRobot.of(bundle.cell.robots[side]) for side in ("left", "right")}
+    for model in (robots["left"].model, bundle.robots["left"].model):
+        assert model.description.mounted.tools == mounted
+    assert robots["right"].model.description.mounted.tools == ("grip",)
+    assert set(robots["left"].mountings) == set(bundle.robots["left"].mountings)
+
+
+def test_a_tool_of_the_cell_file_that_the_robot_file_does_not_have_is_told(tmp_path: Path) -> None:
+    copy = with_tools(tmp_path)
+    copy.change(CELL, "program: programs/left.prog", "program: programs/left.prog\n    tool: torch")
+    bundle, problems = check_cell(copy.cell)
+    assert bundle is None
+    (told,) = [str(each) for each in problems]
+    assert told.endswith(
+        "robots.left.tool: found unknown tool 'torch', allowed a tool of its robot file, or none: grip, lance, none"
+    )
 
 
 @pytest.mark.parametrize("name", ["none", "T0", "two words"])
