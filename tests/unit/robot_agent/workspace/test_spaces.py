@@ -18,7 +18,7 @@ from cell.config.settings import (
     SpaceSettings,
     SphereShape,
 )
-from cell.geometry import Box, SpaceOf, capsule_box_distance
+from cell.geometry import Box, SpaceOf, capsule_box_distance, quaternion
 from robot_agent.paths import JointMove
 from robot_agent.trajectory import Motion, PlanError
 from robot_agent.trajectory.sources import JogSource, States
@@ -224,6 +224,20 @@ def test_the_tool_points_within_its_cone_on_the_whole_motion(seed: int, axis: in
         assert breach.tau <= too_far[0] + 1e-9
     if breach is not None:
         assert angles.max() > within - np.radians(0.05)
+
+
+def test_a_cone_of_30_degrees_refuses_a_tilt_of_40() -> None:
+    """The angle that is printed for it (6-5) is that of the quaternions, half of the tilt: by that 20 would pass."""
+    tilted = START.copy()
+    tilted[4] += np.radians(40.0)
+    motion = planned(JointMove(tilted, 1.0, 1))
+    axes = MODEL.forward(START)[:3, :3], MODEL.forward(tilted)[:3, :3]
+    axis = next(k for k in range(3) if axes[0][:, k] @ axes[1][:, k] < np.cos(np.radians(39.0)))
+    halved = float(np.degrees(np.arccos(np.abs(quaternion.from_matrix(axes[0]) @ quaternion.from_matrix(axes[1])))))
+    assert halved == pytest.approx(20.0)
+    x, y, z = axes[0][:, axis].tolist()
+    assert first_breach(motion, cone=OrientationSettings(axis, (x, y, z), np.radians(30.0))) is not None
+    assert first_breach(motion, cone=OrientationSettings(axis, (x, y, z), np.radians(41.0))) is None
 
 
 def test_a_roll_about_the_pointing_axis_is_free() -> None:
