@@ -6,7 +6,6 @@ import pytest
 
 from tests.sim.scenes import SCENES
 
-
 _IN_SOAK = ("drives that sag", "drives a little behind")
 """These differ from "drives far behind" only in what planted faults they show."""
 

@@ -23,6 +23,9 @@ PERIOD_S = 0.03
 """The key's signs of life are this far apart; the robot stops when it hears none for 0.2 s."""
 SILENT_S = 1.0
 _RELEASES = 5
+_MOVES_ON_S = 0.5
+"""In front of what is in its way a robot comes to rest by smaller and smaller steps: it moves on when it does for so
+long."""
 _LOAD = "take load off the hosts and the network when it happens again"
 _SPEED_MM_S = 50.0
 _SPEED_DEG_S = 10.0
@@ -108,7 +111,9 @@ def hold(operator: Connection, robot: str, press: str, stop: threading.Event) ->
 
     Raises `CommandError` when the robot falls silent, is not seen to jog, or ends the jog before its time.
     """
-    said, begun, heard_at, released = "", False, time.monotonic(), 0
+    said = newest = ""
+    begun, heard_at, released = False, time.monotonic(), 0
+    held_up_at = heard_at
     begins_by = heard_at + SILENT_S
     while True:
         state = operator.view.look().robots.get(robot)
@@ -120,9 +125,9 @@ def hold(operator: Connection, robot: str, press: str, stop: threading.Event) ->
             begun = begun or jogging
             reason = "; ".join(state.alarms) or state.waiting_for
             if begun and not jogging:
-                if (said := reason or said) and not stop.is_set():
+                if (why := reason or newest) and not stop.is_set():
                     raise CommandError(
-                        f"{robot}: the jog was broken off: {said}",
+                        f"{robot}: the jog was broken off: {why}",
                         f"see where the robot stands (cell status), then press again, by the rest of the way; {_LOAD}",
                     )
                 typer.echo(f"{robot}: is at rest; the jog has ended")
@@ -133,7 +138,13 @@ def hold(operator: Connection, robot: str, press: str, stop: threading.Event) ->
             if released < _RELEASES:
                 operator.session.publish(JogHeld(robot, press, not stop.is_set(), echo(state)))
                 released += stop.is_set()
-            if reason != said:
+            newest = reason
+            if reason:
+                held_up_at = time.monotonic()
+                if reason != said:
+                    typer.echo(f"{robot}: {reason}")
                 said = reason
-                typer.echo(f"{robot}: {reason}" if reason else f"{robot}: moves on")
+            elif said and time.monotonic() - held_up_at > _MOVES_ON_S:
+                said = ""
+                typer.echo(f"{robot}: moves on")
         time.sleep(PERIOD_S)

@@ -80,6 +80,15 @@ def test_a_jog_that_the_robot_breaks_off_is_no_success() -> None:
     assert "see where the robot stands" in refused.value.next_step
 
 
+def test_what_is_in_the_way_is_said_once_while_the_robot_creeps_up_to_it(capsys: pytest.CaptureFixture[str]) -> None:
+    held, free = state(Mode.JOGGING, "block is in the way of link 5"), state(Mode.JOGGING)
+    hold(operator((held, free, held, free, held, free, state(Mode.READY)), []), "left", "press", threading.Event())
+    assert capsys.readouterr().out.splitlines() == [
+        "left: block is in the way of link 5",
+        "left: is at rest; the jog has ended",
+    ]
+
+
 @pytest.mark.parametrize("waiting_for", ["", "cleared space"])
 def test_a_jog_that_comes_to_its_end_is_one(waiting_for: str, capsys: pytest.CaptureFixture[str]) -> None:
     seen = operator((state(Mode.JOGGING, waiting_for), state(Mode.JOGGING), state(Mode.READY)), [])
