@@ -74,13 +74,10 @@ def fastest_of(model: Model, paths: list[JointPath], limits: Limits) -> list[Tim
         fine = _limited(initials, [bounds[k] for k in waiting]).tightened(np.full((3, 1), MARGIN))
         last = number_of_round == len(_ROUNDS)
         kept = _kept(model, [bounds[k] for k in waiting], initials, Search(fine, begin(fine)), last=last)
-        for number, (timed, _) in zip(waiting, kept, strict=True):
+        for number, (timed, _, _) in zip(waiting, kept, strict=True):
             if number not in made or timed.pieces.duration_s < made[number].pieces.duration_s:
                 made[number] = timed
-        slower = [
-            timed.pieces.duration_s / law.duration_s * law.compared_s / law.initial.duration_s for timed, law in kept
-        ]
-        again = [k for k, each in enumerate(slower) if not _SETTLED[0] < each < _SETTLED[1]]
+        again = [k for k, (_, _, settled) in enumerate(kept) if not settled]
         if not again:
             break
         waiting, laws = [waiting[k] for k in again], [kept[k][1] for k in again]
@@ -116,14 +113,15 @@ def _searched(initials: list[InitialLaw], bounds: list[PathLimits]) -> list[Timi
 
 def _kept(
     model: Model, bounds: list[PathLimits], initials: list[InitialLaw], search: Search, *, last: bool
-) -> list[tuple[Timed, TimingLaw]]:
+) -> list[tuple[Timed, TimingLaw, bool]]:
     """Joints over time that keep their limits everywhere; paths where they do not yet are searched again.
 
-    Beside them the law, which may be faster: its intervals are too long for what the limits do inside them. Where they
-    are by far, it is only slowed down there, so that the next round, unless this is the `last`, has shorter ones there.
+    Beside them the law, which may be faster: its intervals are too long for what the limits do inside them; and whether
+    it is settled. Where intervals are too long by far, it is only slowed down there, so that the next round, unless
+    this is the `last`, has shorter ones there.
     """
     made: dict[int, tuple[Timed, TimingLaw, Numbers]] = {}
-    rough: dict[int, tuple[Timed, TimingLaw]] = {}
+    rough: dict[int, tuple[Timed, TimingLaw, bool]] = {}
     waiting = list(range(len(bounds)))
     for attempt in range(_ATTEMPTS):
         search.run(gap=0.003, kept=MARGIN - 1.0)
@@ -133,7 +131,7 @@ def _kept(
             excess.append(used)
             if k > _ROUGH and attempt == 0 and not last:
                 most = _ROUGH ** np.arange(1.0, 4.0)[:, None]
-                rough[number] = each, TimingLaw(law.initial, law.squared * easing(np.minimum(used, most)))
+                rough[number] = each, TimingLaw(law.initial, law.squared * easing(np.minimum(used, most))), False
             if number not in made or each.pieces.duration_s < made[number][0].pieces.duration_s:
                 made[number] = each, law, used
             late.append(k > _EASABLE[attempt > 0] and number not in rough)
@@ -142,10 +140,15 @@ def _kept(
         search.keep_only(np.array(late))
         search.tighten(_tighter([used for used, again in zip(excess, late, strict=True) if again]))
         waiting = [number for number, again in zip(waiting, late, strict=True) if again]
-    return [
-        rough[number] if number in rough else (_eased(model, bound, *made[number]), made[number][1])
-        for number, bound in enumerate(bounds)
-    ]
+    found = []
+    for number, bound in enumerate(bounds):
+        if number in rough:
+            found.append(rough[number])
+            continue
+        timed, law = _eased(model, bound, *made[number]), made[number][1]
+        slower = timed.pieces.duration_s / law.duration_s * law.compared_s / law.initial.duration_s
+        found.append((timed, law, _SETTLED[0] < slower < _SETTLED[1]))
+    return found
 
 
 def _eased(model: Model, bounds: PathLimits, best: Timed, law: TimingLaw, used: Numbers) -> Timed:
