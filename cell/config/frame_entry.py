@@ -96,8 +96,9 @@ def frame_problems(document: Document, frames: Mapping[str, FrameEntry]) -> Iter
         path: KeyPath = ("frames", name)
         if name == WORLD:
             yield document.problem(path, f"the name {WORLD!r}", "another name: that frame is always there", at_key=True)
-        if (frame.pose is None) is (frame.points is None):
-            found = "neither pose nor points" if frame.pose is None else "pose and points"
+        given = {"pose", "points"}.intersection(document.keys(path))
+        if len(given) != 1:
+            found = "pose and points" if given else "neither pose nor points"
             yield document.problem(path, found, "exactly one of them")
         elif frame.points is not None:
             if frame.parent is not None:
@@ -117,7 +118,9 @@ def frame_problems(document: Document, frames: Mapping[str, FrameEntry]) -> Iter
 def unknown_frame(document: Document, path: KeyPath, frame: str | None) -> Iterator[Problem]:
     """A problem at `path`, where a frame is named that the file does not have."""
     known = [name for name in document.keys(("frames",)) if path[:2] != ("frames", name)]
-    if frame is not None and frame not in document.keys(("frames",)):
+    if frame == WORLD:
+        yield document.problem(path, f"the frame {frame!r}", "nothing at all: what names no frame is in world")
+    elif frame is not None and frame not in document.keys(("frames",)):
         allowed = f"one of {', '.join(known)}, or none: world" if known else "a frame of this file; there is no other"
         yield document.problem(path, f"unknown frame {frame!r}", allowed)
 

@@ -145,6 +145,8 @@ def test_points_place_a_frame_as_they_place_a_belt(tmp_path: Path) -> None:
          "frames.nest.parent: found a parent, allowed none: points are measured in world"),
         (TABLE.replace("table", "world"), "{§world:",
          "frames.world: found the name 'world', allowed another name: that frame is always there"),
+        (NEST.replace("parent: table", "parent: world"), "parent: §world",
+         "frames.nest.parent: found the frame 'world', allowed nothing at all: what names no frame is in world"),
         (TABLE.replace("900", ".nan"), "X: §.nan", "frames.table.pose.X: found nan, allowed a finite number"),
         (TABLE.replace(", C: 90", ""), "{§pose", "frames.table.pose.C: found nothing, allowed a value"),
     ],
