@@ -95,7 +95,7 @@ class Mesh:
             triangles = [[each[0], each[1], each[2]] for each in corners]
             vertices = np.array(read.vertices(), dtype=float).reshape(-1, 3)
         except (RuntimeError, ValueError, TypeError) as error:
-            raise GeometryError(f"{file.name}: found no mesh ({error}), allowed are STL and OBJ files") from error
+            raise GeometryError(f"no mesh in {file.name}: {_words(error, file)}") from error
         return cls(vertices, np.array(triangles, dtype=np.int64).reshape(-1, 3), pose_world_mesh)
 
     def __reduce__(self) -> tuple[type["Mesh"], tuple[Array, NDArray[np.int64], Array]]:
@@ -232,3 +232,11 @@ def _places(axes: Array) -> Array:
     shares = np.linspace(0.0, 1.0, parts + 1)
     starts, ends = axes.transpose(1, 2, 0)[..., None]
     return np.asarray((starts + shares * (ends - starts)).reshape(3, -1).T)
+
+
+def _words(error: Exception, file: Path) -> str:
+    """What the reader of meshes says of a file, without where in its own code it says so."""
+    lines = str(error).splitlines() or [type(error).__name__]
+    told = [number for number, line in enumerate(lines) if line.startswith("message:")]
+    line = lines[told[0] + 1] if told and told[0] + 1 < len(lines) else lines[0]
+    return line.replace(str(file), file.name).rstrip(".")

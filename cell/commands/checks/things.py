@@ -7,7 +7,7 @@ from cell.commands.checks.readings import Readings
 from cell.config.document import Document
 from cell.config.frame_entry import FrameTree
 from cell.config.problem import KeyPath, Problem, Severity, refuses
-from cell.config.thing_entry import ShapedEntry
+from cell.config.thing_entry import ShapedEntry, ThingEntry
 from cell.geometry import GeometryError, Mesh
 from robot_agent.kinematics import Model
 from robot_agent.model import TOOL
@@ -16,9 +16,10 @@ from robot_agent.workspace import Things, solid_of, unknown_links
 
 def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
     """Meshes that are none, names in `may_touch` that are no link of the robot, and things in which one is at home."""
-    document, found = readings.document, list[Problem]()
+    document, good = readings.document, dict[str, ThingEntry]()
     for name, entry in readings.cell.things.items():
         path: KeyPath = ("things", name)
+        found = list(check_shape(document, path, entry))
         for robot, links in entry.may_touch.items():
             if robot not in models:
                 continue
@@ -27,16 +28,16 @@ def check_things(readings: Readings, models: dict[str, Model]) -> Iterator[Probl
                 allowed = f"one of {', '.join((*models[robot].link_names, TOOL, *models[robot].description.parts))}"
                 what = f"{unknown!r}, no link of {robot}"
                 found.append(document.problem((*path, "may_touch", robot, index), what, allowed))
-        found += check_shape(document, path, entry)
-    yield from found
-    if not refuses(found):
-        yield from _at_home(readings, models)
+        yield from found
+        if _is_given(document, path, entry) and not refuses(found):
+            good[name] = entry
+    yield from _at_home(readings, models, good)
 
 
-def _at_home(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
+def _at_home(readings: Readings, models: dict[str, Model], good: dict[str, ThingEntry]) -> Iterator[Problem]:
     """Where programs begin a robot keeps away from things, in the model's home."""
     frames, document = FrameTree(readings.cell.frames), readings.document
-    things = tuple(entry.settings(name, document, frames) for name, entry in readings.cell.things.items())
+    things = tuple(entry.settings(name, document, frames) for name, entry in good.items())
     for robot, at_home in placed(readings, models).items():
         model = at_home.model
         for touch in Things(model, things, robot).touches_at(at_home.pose_world_base, model.home):
@@ -44,9 +45,15 @@ def _at_home(readings: Readings, models: dict[str, Model]) -> Iterator[Problem]:
             yield document.problem(("things", touch.thing), f"at home {robot}'s {touch}", allowed, at_key=True)
 
 
+def _is_given(document: Document, path: KeyPath, entry: ShapedEntry) -> bool:
+    """Whether there is one shape, and its file; what is wrong with these is told elsewhere."""
+    there = entry.mesh is None or document.beside(entry.mesh.file).is_file()
+    return there and not any(entry.shape_problems(document, path))
+
+
 def check_shape(document: Document, path: KeyPath, entry: ShapedEntry) -> Iterator[Problem]:
     """A mesh that is none, or a hull of points that span nothing; a warning for a mesh without an inside."""
-    if any(entry.shape_problems(document, path)):
+    if not _is_given(document, path, entry):
         return
     where: KeyPath = (*path, "hull") if entry.mesh is None else (*path, "mesh", "file")
     allowed = "points that span a body" if entry.mesh is None else "an STL or OBJ file with triangles"
