@@ -11,7 +11,7 @@ from cell.commands.checks.programs import check_programs
 from cell.commands.checks.readings import NamedFiles, Readings, read_named_files
 from cell.commands.checks.separation import check_separation
 from cell.commands.checks.spaces import check_spaces
-from cell.commands.checks.things import check_things
+from cell.commands.checks.things import check_homes, check_things
 from cell.commands.checks.times import check_times
 from cell.config.cell_file import CellFile
 from cell.config.document import Document
@@ -59,6 +59,8 @@ def check_cell(path: str | Path) -> tuple[CellBundle | None, list[Problem]]:
         problems += [*check_bodies(readings, models), *check_things(readings, models)]
         problems += check_spaces(readings, models)
         problems += check_separation(readings, models)
+        if not refuses(problems):
+            problems += check_homes(readings, models)
     problems += [problem for simulation in named.simulations.values() for problem in simulation.problems]
     problems = _in_order(problems)
     if settings is None or refuses(problems):
