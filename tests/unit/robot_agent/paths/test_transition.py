@@ -51,8 +51,8 @@ CASES: dict[str, tuple[list[Block], Continuity, Passing, str]] = {
     ),
     "joints straight on": ([JointMove(START + WAY, 1.0, 1), JointMove(START + 2 * WAY, 1.0, 2)], C2, THROUGH, ""),
     "joints rounded": (
-        [JointMove(START + WAY, 1.0, 1, round_m=0.02), JointMove(START + WAY * [2, 0, 1, 2, 1, 1], 1.0, 2)],
-        C0, ROUNDED, "round edge of 20 mm",
+        [JointMove(START + WAY, 1.0, 1, round_m=0.05), JointMove(START + WAY * [2, 0, 1, 2, 1, 1], 1.0, 2)],
+        C0, ROUNDED, "round edge of 50 mm",
     ),
     "not in step": (
         [JointMove(START + WAY, 1.0, 1, synchronised=False), JointMove(START, 1.0, 2)], C0, STOPS, "arrives by itself"
