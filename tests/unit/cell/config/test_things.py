@@ -59,6 +59,22 @@ def test_what_is_wrong_with_a_thing_is_told_at_its_place(thing: str, says: str, 
     assert [problem for problem in problems if says in str(problem) and "things.table" in str(problem)], problems
 
 
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "found no mesh in part.stl: File is empty, allowed an STL or OBJ file with triangles"),
+        (None, "which cannot be read: No such file or directory, allowed an STL or OBJ file"),
+    ],
+)
+def test_a_mesh_that_cannot_be_read_is_told_once_in_one_line(text: str | None, says: str, tmp_path: Path) -> None:
+    copy = with_thing(tmp_path, f"{POSE}, mesh: {{file: part.stl, unit: mm}}")
+    if text is not None:
+        (copy.folder / "two_arms" / "part.stl").write_text(text)
+    (problem,) = check_cell(copy.cell)[1]
+    assert str(problem).endswith(says)
+    assert "\n" not in str(problem)
+
+
 def test_a_mesh_that_does_not_close_is_told_and_allowed(tmp_path: Path) -> None:
     copy = with_thing(tmp_path, f"{POSE}, mesh: {{file: part.obj, unit: mm}}")
     for text, warned in ((TETRAHEDRON, False), (TETRAHEDRON.replace("f 1 2 4\n", ""), True)):

@@ -65,6 +65,23 @@ def test_the_present_program_is_read_anew_with_what_it_calls_and_its_points(tmp_
     assert j1(world) == pytest.approx(7.0)
 
 
+def test_how_far_it_is_planned_is_told_with_the_file_that_the_line_is_in(tmp_path: Path) -> None:
+    world = enabled(tmp_path)
+    (tmp_path / "left.prog").write_text("WAIT 0.1\nCALL side.prog 1\nMJ J1=5\nEND\n")
+    (tmp_path / "side.prog").write_text("WAIT 0.1\nWAIT 0.1\nMJ J1=7\n")
+    assert answer(world, Load()).ok
+    assert (world.state.program.planned_in, world.state.program.planned_to) == ("", 0)
+    told = set[tuple[str, int]]()
+    world.call(Run())
+
+    def is_over() -> bool:
+        told.add((world.state.program.planned_in, world.state.program.planned_to))
+        return world.state.program.state is ProgramState.DONE
+
+    until(world, is_over)
+    assert {("side.prog", 3), ("left.prog", 3)} <= told <= {("", 0), ("side.prog", 3), ("left.prog", 3)}
+
+
 def test_without_a_file_the_one_that_was_loaded_last_is_read(tmp_path: Path) -> None:
     world = standing(tmp_path)
     (tmp_path / "lid.prog").write_text("MJ J1=-15\nEND\n")
