@@ -4,13 +4,13 @@ from collections.abc import Iterator
 
 from cell.config.document import Document
 from cell.config.problem import KeyPath, Problem
-from robot_agent.model.description import TOOL
+from robot_agent.model.description import NO_TOOL, TOOL
 from robot_agent.model.families import FAMILIES
 from robot_agent.model.mass_checks import check_masses
 from robot_agent.model.motor_checks import check_motors
 from robot_agent.model.robot_file import RobotFile
 
-_NO_TOOL = ("NONE", "T0")
+_TELLS_NO_TOOL = (NO_TOOL.upper(), "T0")
 
 
 def check_robot_file(document: Document, robot: RobotFile) -> list[Problem]:
@@ -120,8 +120,8 @@ def _motors(document: Document, robot: RobotFile) -> Iterator[Problem]:
 
 def _tool(document: Document, robot: RobotFile) -> Iterator[Problem]:
     for name in robot.tools:
-        if name.upper() in _NO_TOOL:
-            allowed = f"a name that T can tell from no tool: not {', '.join(_NO_TOOL)}"
+        if name.upper() in _TELLS_NO_TOOL:
+            allowed = f"a name that T can tell from no tool: not {', '.join(_TELLS_NO_TOOL)}"
             yield document.problem(("tools", name), f"a tool with the name {name}", allowed, at_key=True)
     if robot.tool is not None and robot.tool not in document.keys(("tools",)):
         known = ", ".join(robot.tools) or "none"
@@ -130,7 +130,7 @@ def _tool(document: Document, robot: RobotFile) -> Iterator[Problem]:
 
 def _parts(document: Document, robot: RobotFile) -> Iterator[Problem]:
     shape = FAMILIES[robot.family].shape
-    taken = ("none", TOOL, *(() if shape is None else shape.links))
+    taken = (NO_TOOL, TOOL, *(() if shape is None else shape.links))
     for name in robot.parts:
         if name.lower() in taken:
             allowed = f"a name that means nothing else: not {', '.join(taken)}"

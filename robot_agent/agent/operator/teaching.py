@@ -22,6 +22,7 @@ from robot_agent.agent.planning.targets import NoPlace
 from robot_agent.kinematics import KinematicsError, Model
 from robot_agent.kinematics.choice import limit_violation
 from robot_agent.language import BASE, Aim, Goal, JointStep, NoTarget, Program, points_owner, settled
+from robot_agent.model import NO_TOOL
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
 
@@ -103,7 +104,7 @@ class Teaching:
             frame = known.frame
         tools = planner.model.description.mounted.tools
         if len(tools) > 1:
-            words = " or ".join((*tools, "none"))
+            words = " or ".join((*tools, NO_TOOL))
             raise Untaught(f"nobody has said what {self._robot} carries, {words}: `cell tool {self._robot} NAME|none`")
         try:
             pose = planner.model.forward(feedback.position)
