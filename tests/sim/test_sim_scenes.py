@@ -6,8 +6,9 @@ import pytest
 
 from tests.sim.scenes import SCENES
 
-_IN_SOAK = ("drives that sag", "drives a little behind")
-"""These differ from "drives far behind" only in what planted faults they show."""
+_IN_SOAK = ("drives that sag", "drives a little behind", "processes that stand still", "wanted while it was stopped")
+"""The first two differ from "drives far behind" only in what planted faults they show. `make mutants` plays all scenes
+in order before it plants anything."""
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ LEAD = 10
 """Ticks between the newest feedback and the tick at which a block joins."""
 
 
-@pytest.mark.parametrize("loss", [0.05, 0.2])
+@pytest.mark.parametrize("loss", [pytest.param(0.05, marks=pytest.mark.soak), 0.2])
 @pytest.mark.parametrize("number", range(len(MOTIONS)))
 def test_blocks_join_without_a_step_whatever_is_lost_or_late(loss: float, number: int) -> None:
     motion, rng = MOTIONS[number], np.random.default_rng(number)

@@ -26,7 +26,13 @@ def _source(index: int, speed: float, *, tool: bool) -> JogSource:
 
 
 @pytest.mark.parametrize(
-    ("index", "speed", "tool"), [(0, 0.3, False), (2, -0.3, False), (0, 0.25, True), (4, 0.4, True)]
+    ("index", "speed", "tool"),
+    [
+        (0, 0.3, False),
+        pytest.param(2, -0.3, False, marks=pytest.mark.soak),
+        pytest.param(0, 0.25, True, marks=pytest.mark.soak),
+        (4, 0.4, True),
+    ],
 )
 def test_all_that_a_jog_does_lies_in_the_tube_or_where_it_stood(index: int, speed: float, tool: bool) -> None:
     source, tube = _source(index, speed, tool=tool), JogTube()
