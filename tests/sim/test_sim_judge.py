@@ -1,8 +1,10 @@
 """Each invariant sees what it is for: a good run is kept, changed in one place, and judged again."""
 
 from collections.abc import Callable, Iterator
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -579,6 +581,31 @@ def test_an_axis_may_be_behind_its_command_by_what_it_goes_on_until_its_position
     )
     broken = run.judged(after(moving_at(run), behind), "no drive is left alone")
     assert (broken is None) == moves
+
+
+@pytest.mark.parametrize("told_before", [True, False])
+def test_a_breach_that_was_told_while_drives_were_off_is_told_again_by_a_manager_that_starts_anew(
+    run: Recording, told_before: bool
+) -> None:
+    at = held(run, ONE).at + 0.1
+    told = Event("manager", 999, Severity.ALARM, "zone_breach", f"{ONE} is in zone {ZONE} without a grant")
+    off = each("published", DriveFeedback, lambda m: replace(m.what, enabled=not at < m.at < at + 0.1))
+    again = with_one_more(at + 0.2, "published", "manager", replace(told, boot="anew"))
+    before = with_one_more(at + 0.05, "published", "manager", told) if told_before else list
+    broken = run.judged(lambda moments: again(list(before(list(off(moments))))), "no breach")
+    assert (broken is None) == told_before
+
+
+@pytest.mark.parametrize(("heard", "since_s"), [(True, 2.0), (False, 0.0)])
+def test_a_drive_that_drops_out_while_its_bus_has_failed_has_been_silent_since_then(
+    run: Recording, heard: bool, since_s: float
+) -> None:
+    facts = copy(run.judge.facts)
+    facts.world, facts.silenced = SimpleNamespace(clock=SimpleNamespace(now=0.0)), {}
+    facts.silence(ONE, 3.0)
+    facts.world.clock.now = 2.0
+    facts.silence(ONE, 0.5, heard=heard)
+    assert facts.silenced[ONE] == (since_s, 3.0)
 
 
 @pytest.mark.parametrize("name", PLANTED)
