@@ -110,7 +110,8 @@ class Pieces:
         """The curve from `first` to `last`; the parameter of the part begins at 0."""
         inner = self.knots[(self.knots > first + 1e-12) & (self.knots < last - 1e-12)]
         starts = np.concatenate([[first], inner])
-        piece = np.searchsorted(self.knots[1:-1], starts, side="right")
+        # by their middles: where it begins just before a knot it is the piece after that knot
+        piece = np.searchsorted(self.knots[1:-1], (starts + np.append(inner, last)) / 2.0, side="right")
         c, x = self.coefficients[piece], (starts - self.knots[piece])[:, None]
         shifted = np.zeros_like(c)
         for low in range(6):
