@@ -210,10 +210,18 @@ class ProgramRun:
         """The program goes on at a tick, with the rest of a pause that was begun."""
         if self._held_since is None:
             return
-        since, self._held_since, self._goes_since = max(self._held_since, self._leaves_at), None, tick
-        if self.resume_tick > since and tick > since and not self.starting:
-            self.resume_tick += tick - since
-            self.outputs.postpone(since, tick - since)
+        since, longer = max(self._held_since, self._leaves_at), self._held_for(tick)
+        self._held_since, self._goes_since = None, tick
+        if longer > 0 and not self.starting:
+            self.resume_tick += longer
+            self.outputs.postpone(since, longer)
+
+    def _held_for(self, tick: int) -> int:
+        """How many ticks of a pause under way a halt has taken by then."""
+        if self._held_since is None:
+            return 0
+        since = max(self._held_since, self._leaves_at)
+        return max(0, tick - since) if self.resume_tick > since else 0
 
     @property
     def held(self) -> bool:
@@ -434,10 +442,11 @@ class ProgramRun:
         if not self.running:
             return
         line, begin, _ = self._pause
+        held = self._held_for(tick)
         moving = playing.path.line_at(playing.path_state(tick).tau)
         if self._stands_at is not None and self._stands_at is self.lookahead.head:
             self.line = self._stands_at.line
-        elif line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick:
+        elif line > 0 and max(begin, playing.first_tick) <= tick and playing.first_tick < self.resume_tick + held:
             self.line = line
         elif moving > 0:
             self.line = moving

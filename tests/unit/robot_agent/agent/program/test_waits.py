@@ -44,7 +44,7 @@ def test_a_pause_stands_still_while_the_program_is_halted() -> None:
     world.call(Halt())
     world.run(5.0)
     assert world.state.mode is Mode.HALTED
-    assert world.state.program.state is ProgramState.RUNNING
+    assert (world.state.program.state, world.state.program.line) == (ProgramState.RUNNING, 2)
     world.call(Continue())
     went_on = world.now
     until(world, lambda: world.state.program.line == 3)
