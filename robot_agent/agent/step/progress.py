@@ -107,7 +107,8 @@ class Progress:
         self.corrections.follow(self.run.correction, now)
         if mode is not Mode.RUNNING:
             return mode
-        self.corrections.take_up(now)
+        if self.pace.override > 0.0 and self.zones.fresh(now):
+            self.corrections.take_up(now)
         self.run.stand_beside(executive, planner, feedback.tick)
         why = self.corrections.problem(now)
         if not why:

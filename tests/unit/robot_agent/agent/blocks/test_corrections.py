@@ -276,6 +276,30 @@ def test_a_halted_robot_takes_no_part_that_passes() -> None:
     world.until(lambda: world.done)
 
 
+@pytest.mark.parametrize("hindrance", ["override 0", "silent manager"])
+def test_a_robot_that_is_kept_from_moving_takes_no_part_that_passes(hindrance: str) -> None:
+    world = Measured(START + "TRACK pick\nML Z=2000 F=50\nTRACK OFF\nEND")
+    world.belt_m_s = 0.05
+
+    def hinder(hindered: bool) -> None:
+        if hindrance == "override 0":
+            assert world.answer(SetOverride(0.0 if hindered else 100.0)).ok
+        else:
+            world.manager_silent = hindered
+
+    world.start()
+    world.until(lambda: world.state.waiting_for == "pick: the next part")
+    hinder(True)
+    world.run(0.5)
+    world.part_at = world.now
+    world.run(10.0)
+    hinder(False)
+    world.run(0.5)
+    assert world.state.waiting_for == "pick: the next part"
+    world.part_at = world.now
+    world.until(lambda: world.done)
+
+
 def test_a_halted_program_does_not_come_to_its_track() -> None:
     world = Measured(START + "WAIT 0.5\nTRACK belt\nML Y=220 F=50\nTRACK OFF\nEND")
     world.belt_m_s = 0.05
