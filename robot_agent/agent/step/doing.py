@@ -195,6 +195,8 @@ class Running(Standing):
         return CorrectedPath(supply, follower) if corrected else GovernedPath(supply, follower)
 
     def wants(self, executive: Executive, tick: int) -> dict[str, float]:
+        if self.pace.override == 0.0 and executive.path_at_rest(tick):
+            return self.corrections.wants
         path = executive.timeline.newest.path
         pause_s = max(0, self.run.begins_tick(path) - tick) * executive.cycle_s
         wants = self.corrections.wants | _zones_ahead(executive, self._coming(path), tick, pause_s)

@@ -14,7 +14,7 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
-from tests.unit.agent_runs import INTO_ZONE, SHORT, enabled, ended, running, until
+from tests.unit.agent_runs import BACK, INTO, INTO_ZONE, SHORT, at_rest, enabled, ended, near_zone, running, until
 from tests.unit.agent_world import CYCLE_S, AgentWorld
 
 TWO_LINES = "MJ J1=20 J2=-20 J3=30 J5=60\nML Y=200 F=9999\nML Y=400\nEND"
@@ -44,6 +44,18 @@ def test_override_slows_the_motion_and_is_told() -> None:
 
 def test_override_outside_its_range_is_refused() -> None:
     assert "-100 to 100 % are allowed" in say(running(SHORT), SetOverride(101.0))
+
+
+def test_with_an_override_of_0_the_zone_in_front_of_the_robot_is_given_back() -> None:
+    world = running(f"MJ {near_zone()}\nWAIT 1\n{INTO}\n{BACK}\nEND")
+    world.grant()
+    until(world, lambda: world.state.program.line == 3)
+    say(world, SetOverride(0.0))
+    until(world, at_rest(world))
+    world.run(0.1)
+    assert (world.presences[-1].holds, world.presences[-1].wants) == ({}, {})
+    say(world, SetOverride(100.0))
+    until(world, ended(world))
 
 
 def test_negative_override_goes_back_to_the_beginning_of_the_motion_and_then_on() -> None:
