@@ -87,7 +87,7 @@ class Recording:
         world = self.world
         return SimpleNamespace(
             bundle=world.bundle, cell=world.cell, clock=Clock(), network=world.network, models=world.models,
-            planners=world.planners, cycle_s=world.cycle_s, buses={}, axes={},
+            planners=world.planners, cycle_s=world.cycle_s, buses=world.buses, axes={},
             seen=SimpleNamespace(planned={robot: [] for robot in world.cell.robots}),
             processes={
                 name: SimpleNamespace(boot=boot, alive=True, frozen=False) for name, boot in self._boots.items()

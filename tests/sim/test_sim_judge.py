@@ -39,6 +39,8 @@ from cell.messages import (
     Way,
     ZoneState,
 )
+from drive_gateway.canopen.frame import CanFrame
+from drive_gateway.gateway.effects import Frame
 from robot_agent.agent.planning.plans import Plan
 from tests.sim.apart_cell import apart_cell
 from tests.sim.coverage import ELSEWHERE, event_codes
@@ -305,6 +307,19 @@ def jump(run: Recording) -> Change:
     return changed
 
 
+def frames_one_late(_: Recording) -> Change:
+    """Each frame carries what the one before it should have."""
+    before: dict[int, CanFrame] = {}
+
+    def late(m: Seen) -> Frame:
+        frame: CanFrame = m.what.frame
+        instead = before.get(frame.id, frame)
+        before[frame.id] = frame
+        return Frame(instead)
+
+    return each("effect", Frame, late)
+
+
 def manager_not_heard(run: Recording) -> Change:
     return after(moving_at(run), each("delivered", ManagerState, lambda _: None, f"robot/{ONE}"))
 
@@ -491,6 +506,7 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
     "echoes grow": older_echo,
     "a journal that is mended was broken": mended_unbroken,
     "joints keep their limits": jump,
+    "drives get what is said": frames_one_late,
     "on this motion": jump,
     "plays what was sent": jump,
     "stops without a manager": manager_not_heard,

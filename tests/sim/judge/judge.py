@@ -33,6 +33,7 @@ ALL: tuple[type[Invariant], ...] = (
     news.EchoesGrow,
     news.JournalIsMended,
     motion.WithinLimits,
+    motion.DrivesGetWhatIsSaid,
     motion.OnThisMotion,
     motion.PlaysBlocks,
     motion.StopsWithoutManager,

@@ -4,6 +4,7 @@ from collections import defaultdict, deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf
+from struct import Struct
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,9 @@ from cell.messages import (
     SetpointBlock,
     Step,
 )
+from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.gateway.effects import Frame
+from drive_gateway.sim.services.dictionary import key_of
 from robot_agent.agent.planning.plans import Planned
 from tests.sim.judge.facts import OFF_S, SAMPLE_S, Facts, Floats, Sample, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
@@ -45,6 +49,8 @@ _TURNS_S = 1.0
 """So long after its override is no longer negative, at the latest, a robot that went back goes on."""
 _JOINING = 1e-6
 """[rad or m] A block may begin so much beside what is commanded."""
+_TARGETS = ((0x607A, 0), (0x60C1, 1))
+"""CiA 402: target position, and the first interpolation data."""
 _MOVES = (Run, Continue, Return, Step, Jog)
 _LIVE = (PlayoutState.PLAYING, PlayoutState.RAMP, PlayoutState.STARVED)
 
@@ -142,6 +148,72 @@ class WithinLimits(_OfCommands):
             if len(beyond):
                 share = (np.abs(found[beyond[0]]) / allowed).max()
                 self.broken(robot, f"{what} is {share:.3f} of what is allowed", kept.at[first + beyond[0]])
+
+
+class DrivesGetWhatIsSaid(Invariant):
+    """The target in the newest frame to each drive before a SYNC is what the gateway says that it commands then.
+
+    So what is judged by feedback is what the drives play. Targets are read by the drives' own mappings.
+    """
+
+    name = "drives get what is said"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        gateways = facts.world.bundle.gateways
+        self._axes = {
+            robot: gateways[facts.gateway_of(robot).partition("/")[2]].robots[robot].axes for robot in facts.robots
+        }
+        self._newest = {robot: np.full(len(axes), np.nan) for robot, axes in self._axes.items()}
+        self._before = {robot: newest.copy() for robot, newest in self._newest.items()}
+        self._places: dict[tuple[str, int], list[tuple[str, int, Struct, int]]] = {}
+        """By gateway and COB-ID: whose target is where in a frame."""
+
+    @property
+    def effects(self) -> Handlers:
+        return {Frame: self._frame}
+
+    @property
+    def published(self) -> Handlers:
+        return {DriveFeedback: self._feedback}
+
+    def lived(self, name: str, what: str) -> None:
+        if what == "started":
+            self._places = {key: places for key, places in self._places.items() if key[0] != name}
+
+    def _frame(self, gateway: str, effect: Frame) -> None:
+        key = gateway, effect.frame.id
+        if key not in self._places:
+            self._places[key] = self._found(*key)
+        for robot, axis, layout, place in self._places[key]:
+            self._newest[robot][axis] = layout.unpack_from(effect.frame.data)[place]
+
+    def _found(self, gateway: str, cob_id: int) -> list[tuple[str, int, Struct, int]]:
+        found = []
+        for robot, axes in self._axes.items():
+            for index, axis in enumerate(axes) if self.facts.gateway_of(robot) == gateway else ():
+                targets = [key_of(index_of(target, axis.number), sub) for target, sub in _TARGETS]
+                for pdo in self.facts.world.buses[gateway].nodes[axis.node_id]._receive:
+                    found += [
+                        (robot, index, pdo._layout, pdo._keys.index(key))
+                        for key in targets
+                        if pdo.cob_id == cob_id and key in pdo._keys
+                    ]
+        return found
+
+    def _feedback(self, _: str, feedback: DriveFeedback) -> None:
+        robot = feedback.robot
+        got, self._before[robot] = self._before[robot], self._newest[robot].copy()
+        if not feedback.enabled or self.facts.world.buses[self.facts.gateway_of(robot)].broken:
+            return
+        axes = self._axes[robot]
+        said = [(q - axis.offset) * axis.counts_per_unit for q, axis in zip(feedback.commanded, axes, strict=True)]
+        beside = np.abs(got - said)
+        if (beside > 1.0).any():
+            axis = axes[int(np.nanargmax(beside))].name
+            self.broken(
+                robot, f"{axis} got a target {np.nanmax(beside):.0f} counts beside what is said to be commanded"
+            )
 
 
 class OnThisMotion(_OfCommands):
