@@ -487,6 +487,7 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
     "one body in a zone": both_in_it,
     "the real body is published": somewhere_else,
     "who is inside is holder or suspect": zone_called_free,
+    "who brakes keeps its zones": zone_called_free,
     "a block stays within the published body": body_too_short,
     "the stop time is true": says_it_stands,
     "no breach": breach,

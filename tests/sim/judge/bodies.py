@@ -1,10 +1,11 @@
 """Where the robots really are, against what is published of them."""
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
-from cell.messages import SetpointBlock, ZoneState
+from cell.messages import AdoptZone, ClearZone, SetpointBlock, ZoneState
 from tests.sim.judge.facts import BATCH, Facts, Floats, Sample, SentBlock, Shown, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 
@@ -80,6 +81,53 @@ class InsideIsAccountedFor(Invariant):
                 holder = status.holder or "nobody"
                 what = f"it is in zone {zone}, which the manager calls {status.state.value}, held by {holder}"
                 self.broken(sample.robot, what, sample.at)
+
+
+class BrakingKeepsZones(Invariant):
+    """A zone that a robot holds is nobody else's before the robot stands, or has left it: also where a drive has failed
+    and it brakes as it can. An operator may free it, and one who pushes the robot may bring it anywhere."""
+
+    name = "who brakes keeps its zones"
+    _STANDS_S = 0.1
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._held: dict[str, frozenset[str]] = dict.fromkeys(facts.robots, frozenset())
+        self._lost: dict[str, dict[str, float]] = {robot: {} for robot in facts.robots}
+        """Zones that a robot has lost since it stood, and when."""
+        self._moved_at = dict.fromkeys(facts.robots, -inf)
+
+    def look(self, sample: Sample) -> None:
+        robot, lost, manager = sample.robot, self._lost[sample.robot], sample.manager
+        if manager is None:
+            return
+        if sample.moving:
+            self._moved_at[robot] = sample.at
+        held = frozenset(
+            name
+            for name, zone in manager.zones.items()
+            if zone.holder == robot or zone.state is ZoneState.ORPHANED or zone.reason.startswith("no grants before")
+        )
+        for zone in self._held[robot] - held:
+            lost[zone] = sample.at
+        self._held[robot] = held
+        stood = sample.at - self._moved_at[robot] > self._STANDS_S or sample.at < self.facts.slips_until.get(robot, 0.0)
+        for zone in [*lost] if stood else held & lost.keys():
+            del lost[zone]
+        for zone in sample.inside & lost.keys():
+            if not self._decided(zone, lost[zone]):
+                self.broken(
+                    robot, f"it is in zone {zone}, which it lost {sample.at - lost[zone]:.2f} s before", sample.at
+                )
+
+    def _decided(self, zone: str, at: float) -> bool:
+        """An operator had ordered, shortly before, that the zone is free or another's."""
+        return any(
+            0.0 <= at - told_at < self.facts.cell.times.fresh_s
+            and isinstance(call.command, AdoptZone | ClearZone)
+            and call.command.zone == zone
+            for told_at, call in self.facts.told["manager"].calls
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,7 @@ ALL: tuple[type[Invariant], ...] = (
     bodies.OneBodyInAZone,
     bodies.BodyIsPublished,
     bodies.InsideIsAccountedFor,
+    bodies.BrakingKeepsZones,
     bodies.BlockIsPublished,
     bodies.StopTimeIsTrue,
     grants.NoBreach,
