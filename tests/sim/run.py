@@ -5,6 +5,7 @@ every program to its end; when all is done nothing may move any more.
 """
 
 import random
+import traceback
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 
@@ -57,6 +58,14 @@ class Unfinished(Broken):
     """The faults are over, and a patient operator does not bring the cell to its end."""
 
 
+class Crashed(Broken):
+    """The run has ended in an exception, of the product or of the simulation."""
+
+    def __init__(self, error: Exception, at_s: float = 0.0) -> None:
+        told = "".join(traceback.format_exception(error))
+        super().__init__("no exception", at_s, type(error).__name__, told)
+
+
 def weather_of(seed: int) -> Weather:
     return random.Random(f"weather {seed}").choice(_WEATHERS)
 
@@ -83,7 +92,10 @@ def run_seed(
     plan: Sequence[Item] | None = None,
     look: Callable[[World, Judge], None] | None = None,
 ) -> Outcome:
-    """Run a seed, with its own plan or another; `look` may watch the world before it begins."""
+    """Run a seed, with its own plan or another; `look` may watch the world before it begins.
+
+    An exception out of the cell is an outcome, too.
+    """
     cell, weather = cell_of(seed), weather_of(seed)
     plan = plan_of(seed, seconds) if plan is None else tuple(plan)
     world = World(cell.bundle, seed, weather, random.Random(f"drives {seed}").choice(_DRIVES_WAIT_S))
@@ -100,6 +112,8 @@ def run_seed(
         _run(world, judge, staff, play, _lasting_s(seed, seconds), bringing_back_s)
     except Broken as error:
         broken = error
+    except Exception as error:
+        broken = Crashed(error, world.clock.now - judge.facts.start)
     coverage.struck(play.struck)
     duration_s = world.clock.now - judge.facts.start
     return Outcome(seed, broken, plan, play.struck, duration_s, cell.families, coverage.contended, coverage)

@@ -13,7 +13,6 @@ import multiprocessing
 import os
 import sys
 import time
-import traceback
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -24,10 +23,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from tests.sim.cells import is_room
 from tests.sim.coverage import table, unseen
 from tests.sim.judge import ALL
-from tests.sim.run import SEEDS_PER_CELL, Outcome, run_seed
+from tests.sim.run import SEEDS_PER_CELL, Crashed, Outcome, run_seed
 from tests.sim.shrink import shrink
 
 _ENOUGH_TO_HAVE_SEEN_ALL = 2000
+"""Contended seeds."""
 _COLUMNS = ("fault", "moment", "order", "mode", "program", "zone", "playout", "refusal", "event", "killed", "frozen")
 
 
@@ -64,9 +64,10 @@ def _search_one(job: tuple[int, float, tuple[str, ...] | None]) -> Found:
     before = time.process_time()
     try:
         outcome = run_seed(seed, seconds, only)
-    except Exception:  # of a whole cell: not all can be handed from process to process, and the other seeds go on
-        why = f"an exception:\n{traceback.format_exc()}"
-        return Found(seed, "no exception", "", 0.0, why, 0.0, 0, False, Counter(), time.process_time() - before)
+    except Exception as error:  # before the run begins: the other seeds go on
+        told = Crashed(error)
+        seen = told.invariant, told.who, told.at_s, told.what
+        return Found(seed, *seen, 0.0, 0, False, Counter(), time.process_time() - before)
     return found(outcome, time.process_time() - before)
 
 
@@ -125,22 +126,23 @@ def main(arguments: list[str] | None = None) -> int:
             )
             if options.stop_at_first:
                 break
-    return _totals(results, seeds, options, time.monotonic() - began)
+    return _totals(results, options, time.monotonic() - began)
 
 
-def _totals(results: list[Found], seeds: Sequence[int], options: argparse.Namespace, took_s: float) -> int:
+def _totals(results: list[Found], options: argparse.Namespace, took_s: float) -> int:
     counts: Counter[str] = Counter()
     for each in results:
         counts.update(each.counts)
     failed = [each for each in results if not each.ok]
     alone = sorted(each.seed for each in results if not each.contended)
+    contended = len(results) - len(alone)
     cell_s = sum(each.duration_s for each in results)
     kills = sum(n for name, n in counts.items() if name.startswith("killed "))
     freezes = sum(n for name, n in counts.items() if name.startswith("frozen "))
     orders = sum(n for name, n in counts.items() if name.startswith("order "))
     processor_s = sum(each.processor_s for each in results) / max(1, len(results))
     print(
-        f"{len(results)} seeds, {len(failed)} failed, {len(results) - len(alone)} contended; "
+        f"{len(results)} seeds, {len(failed)} failed, {contended} contended; "
         f"{cell_s:.0f} s of cell time in {took_s:.0f} s, {processor_s:.1f} s of processor time each"
     )
     print(
@@ -154,7 +156,9 @@ def _totals(results: list[Found], seeds: Sequence[int], options: argparse.Namesp
         print(f"seeds without contention, which do not count: {', '.join(map(str, alone))}")
     if never:
         print(f"never seen: {', '.join(never)}")
-    blind = bool(never) and len(seeds) >= _ENOUGH_TO_HAVE_SEEN_ALL
+        counts_from = f"a failure from {_ENOUGH_TO_HAVE_SEEN_ALL} contended seeds on"
+        print(f"what is never seen is {counts_from}; {contended} of these {len(results)} seeds are contended")
+    blind = bool(never) and contended >= _ENOUGH_TO_HAVE_SEEN_ALL
     if options.json is not None:
         _write(options.json, results, counts, never)
     return 1 if failed or blind else 0
@@ -180,7 +184,11 @@ def _write(file: Path, results: list[Found], counts: Counter[str], never: list[s
 
 def _replay(seed: int, seconds: float, only: tuple[str, ...] | None, shrinks: bool) -> int:
     logging.disable(logging.CRITICAL)
-    outcome = run_seed(seed, seconds, only)
+    try:
+        outcome = run_seed(seed, seconds, only)
+    except Exception as error:  # before the run begins: nothing is known but this
+        print(f"seed {seed}: {Crashed(error)}")
+        return 1
     if outcome.broken is not None and shrinks:
         outcome = shrink(outcome, seconds, only)
     for event in outcome.coverage.events:

@@ -3,7 +3,8 @@
 from collections.abc import Collection
 
 from tests.sim.faults import Item
-from tests.sim.run import Outcome, run_seed
+from tests.sim.judge import Broken
+from tests.sim.run import Crashed, Outcome, run_seed
 
 _MOST_RUNS = 60
 
@@ -11,7 +12,7 @@ _MOST_RUNS = 60
 def shrink(failed: Outcome, seconds: float, only: Collection[str] | None = None) -> Outcome:
     """The outcome of the smallest plan that was found (delta debugging: halves, quarters, single items)."""
     assert failed.broken is not None
-    invariant, best, runs = failed.broken.invariant, failed, 0
+    best, runs = failed, 0
     plan = tuple(item for _, item in failed.struck)
     parts = 2
     while plan and runs < _MOST_RUNS:
@@ -20,7 +21,7 @@ def shrink(failed: Outcome, seconds: float, only: Collection[str] | None = None)
             smaller: tuple[Item, ...] = plan[:first] + plan[first + size :]
             runs += 1
             outcome = run_seed(failed.seed, seconds, only, smaller)
-            if outcome.broken is not None and outcome.broken.invariant == invariant:
+            if outcome.broken is not None and _alike(outcome.broken, failed.broken):
                 plan, best = smaller, outcome
                 break
         else:
@@ -28,3 +29,10 @@ def shrink(failed: Outcome, seconds: float, only: Collection[str] | None = None)
                 break
             parts *= 2
     return best
+
+
+def _alike(one: Broken, other: Broken) -> bool:
+    """Whether two runs have failed by one invariant, or by exceptions of one kind."""
+    if isinstance(one, Crashed) and one.who != other.who:
+        return False
+    return one.invariant == other.invariant
