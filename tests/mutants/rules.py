@@ -356,6 +356,51 @@ RULES = (
         bench=Bench.SCENE,
     ),
     Mutant(
+        "old-order-to-manager",
+        "the manager carries out an order however old it is",
+        (
+            Edit(
+                "cell/manager/core.py",
+                '        if age_s <= allowed_s:\n            return ""\n        found = "no longer known" if age_s == inf',
+                '        if True:\n            return ""\n        found = "no longer known" if age_s == inf',
+            ),
+        ),
+    ),
+    Mutant(
+        "old-order-to-gateway",
+        "a gateway carries out an operator's order however old it is",
+        (
+            Edit(
+                "drive_gateway/gateway/orders/calls.py",
+                "self._states, self._command_s + self._state_s,",
+                "self._states, inf,",
+            ),
+        ),
+    ),
+    Mutant(
+        "stop-ended-by-anybody",
+        "agents and gateways believe the end of an emergency stop from anybody",
+        (
+            Edit(
+                "cell/net/estops.py",
+                "            if estop.id not in self._over:\n                return False\n",
+                "",
+            ),
+        ),
+    ),
+    Mutant(
+        "stop-ended-at-gateways",
+        "gateways alone believe the end of an emergency stop from anybody",
+        (
+            Edit(
+                "drive_gateway/gateway/core.py",
+                "        if not self._estops.hear(estop):\n            return\n",
+                "        if not estop.active:\n            self._estops._over.add(estop.id)\n"
+                "        if not self._estops.hear(estop):\n            return\n",
+            ),
+        ),
+    ),
+    Mutant(
         "estop-confirmed-in-motion",
         "a gateway confirms an emergency stop before its robots stand",
         (

@@ -25,6 +25,7 @@ from cell.messages import (
     Halt,
     Mode,
     PlayoutState,
+    ResetEstop,
     ResetRobot,
     Return,
     RobotState,
@@ -37,13 +38,14 @@ from cell.messages import (
     Token,
     ZoneState,
 )
+from cell.messages import Stop as StopProgram
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster
 from tests.sim.cells import GeneratedCell
 from tests.sim.item import Item, Moment, Stage
 from tests.sim.jog_key import hold_key
 from tests.sim.judge.facts import Facts
-from tests.sim.strangers import WRONG_DIGEST, Crowd, FalsePresence, Guest, SaidAgain, SecondAgent, Strays
+from tests.sim.strangers import WRONG_DIGEST, Crowd, FalseEnd, FalsePresence, Guest, SaidAgain, SecondAgent, Strays
 
 _OVERLOAD = 0x2310
 """An EMCY of the simulated drives: continuous overcurrent."""
@@ -51,7 +53,8 @@ OPERATORS = ("anna", "bert")
 _BEFORE_CUT_S = 0.2
 _SLIPS, _SLIPS_EVERY_S, _SLIPS_FOR_S = 0.006, 0.02, 0.4
 """[rad/s or m/s] Faster than what counts as rest for a gateway, and for so short a time that it is not alarmed."""
-_UNHEARD_S = 1.5
+_UNHEARD_S, _NOT_HEARD_S = 1.5, (0.8, 1.5)
+"""The echo of an order to a gateway may be 0.7 s old, of one to the manager 0.5 s."""
 _CROWDED_S = 0.1
 _COMES_S, _BLOCKED_S, _SILENT_S = 12.0, 0.3, 0.8
 _WAVERS_S, _WAVER_LOOKS_S = 10.0, 0.02
@@ -539,9 +542,26 @@ ORDERS: dict[str, Callable[[], object]] = {
     "override 0": lambda: SetOverride(0.0),
     "override -50": lambda: SetOverride(-50.0),
     "override 100": lambda: SetOverride(100.0),
+    "stop": StopProgram,
     "manual": lambda: SetManual(True),
     "automatic": lambda: SetManual(False),
 }
+
+
+@dataclass(frozen=True, slots=True)
+class OrderAll(Item):
+    """An operator halts all robots of the cell at once, or stops their programs; `then` is called so much later."""
+
+    kind: ClassVar[str] = "order to all"
+    by: str
+    order: str
+    then: str
+    then_s: float
+
+    def strike(self, stage: Stage) -> float:
+        for robot in stage.facts.robots:
+            Order(0.0, None, self.by, robot, self.order, self.then, self.then_s).strike(stage)
+        return self.then_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -647,18 +667,38 @@ class ZoneOrder(Item):
 
 @dataclass(frozen=True, slots=True)
 class LateOrder(Item):
-    """An operator who has heard nothing of a robot for a while gives it an order."""
+    """An operator who has heard nothing of a robot, of its gateway or of the manager for a while gives it an order; an
+    honest one of the manager, who looks at the robots."""
 
     kind: ClassVar[str] = "late order"
     by: str
     robot: str
+    to: str
+    """robot, gateway or manager."""
+    unheard_s: float
 
     def strike(self, stage: Stage) -> float:
-        to = f"robot/{self.robot}"
-        stage.world.operator(self.by).heard(to)
-        stage.world.network.cut(to, self.by, _UNHEARD_S + 0.5)
-        stage.world.clock.after(_UNHEARD_S, stage.world.operate, to, SetOverride(80.0), self.by)
+        name = {"robot": f"robot/{self.robot}", "gateway": stage.facts.gateway_of(self.robot)}.get(self.to, self.to)
+        stage.world.operator(self.by).heard(name)
+        stage.world.network.cut(name, self.by, self.unheard_s + 0.5)
+        stage.world.clock.after(self.unheard_s, self._order, stage, name)
         return 0.0
+
+    def _order(self, stage: Stage, name: str) -> None:
+        operate, staff = stage.world.operate, stage.staff
+        match self.to:
+            case "robot":
+                operate(name, SetOverride(80.0), self.by)
+            case "gateway":
+                operate(name, SwitchOutput(self.robot, "gripper", False, self.by), self.by)
+                operate(name, ForceOutput(self.robot, "gripper", None, self.by), self.by)
+            case _:
+                manager = stage.world.operator(self.by).manager
+                seen = () if manager is None else manager.estops
+                operate(name, ResetEstop(self.by, tuple(estop.id for estop in seen)), self.by)
+                for zone in stage.facts.boxes:
+                    staff.clear(self.by, zone)
+                    staff.adopt(self.by, zone)
 
 
 @dataclass(frozen=True, slots=True)
@@ -739,8 +779,8 @@ class Confine(Item):
 KINDS: tuple[type[Item], ...] = (
     Kill, PowerCut, Leave, Freeze, Cut, Part, Late, Burst, Stop, DriveFails, BusTrouble, BlockedInFront, Sags, Pushed,
     JournalFails, JournalFull, ClockStep,
-    Order, JogPress, Waver, LateOrder, Hasty, ZoneOrder, ResetStop, Switch, Force, Confine,
-    Strays, SaidAgain, FalsePresence, Guest, Crowd, SecondAgent,
+    Order, OrderAll, JogPress, Waver, LateOrder, Hasty, ZoneOrder, ResetStop, Switch, Force, Confine,
+    Strays, SaidAgain, FalsePresence, FalseEnd, Guest, Crowd, SecondAgent,
 )  # fmt: skip
 
 
@@ -860,7 +900,8 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
     always: list[Item] = [
         Strays(*when(0.6), robot()),
         SecondAgent(*when(0.6), robot()),
-        LateOrder(*when(0.8), rng.choice(OPERATORS), robot()),
+        LateOrder(*when(0.8), rng.choice(OPERATORS), robot(), "robot", _UNHEARD_S),
+        *_said_to_others(seed, robots, lasting_s),
     ]
     if not cell.bundle.cell.zones:
         what = rng.choice(["blocked", "deaf"])
@@ -871,6 +912,22 @@ def _each_in_its_turn(rng: random.Random, seed: int, cell: GeneratedCell, lastin
         *(BlockedInFront(*when(0.3), each, 4, True, rng.uniform(0.15, 0.4)) for each in robots[:2]),
     ]
     return always + [turns[(seed + k) % len(turns)]() for k in (0, 3, 7, 12)]
+
+
+def _said_to_others(seed: int, robots: Sequence[str], lasting_s: float) -> list[Item]:
+    """What somebody says too late to the manager or to a gateway, of an emergency stop, and in a few runs to all robots
+    at once. Drawn apart, so that all else of a plan is as it was without it."""
+    rng = random.Random(f"said to others {seed}")
+    to = ("manager", "gateway")[seed // 2 % 2]
+    unheard_s = rng.uniform(*_NOT_HEARD_S)
+    items: list[Item] = [
+        LateOrder(rng.uniform(0.5, 0.8 * lasting_s), None, rng.choice(OPERATORS), rng.choice(robots), to, unheard_s),
+        FalseEnd(0.5, None),
+    ]
+    order, then = rng.choice([("halt", "continue"), ("stop", "run")])
+    moment = Moment(rng.choice(robots), rng.choice(["moves fast", "begins to move"]), rng.uniform(0.0, 0.3))
+    all_at_s, by, then_s = rng.uniform(0.5, 0.6 * lasting_s), rng.choice(OPERATORS), rng.uniform(0.3, 2.0)
+    return [*items, OrderAll(all_at_s, moment, by, order, then, then_s)] if seed % 4 == 2 else items
 
 
 def _item(

@@ -204,6 +204,26 @@ class FalsePresence(Item):
 
 
 @dataclass(frozen=True, slots=True)
+class FalseEnd(Item):
+    """Whenever an emergency stop is in force for a while, somebody who is not the manager says that it is over."""
+
+    kind: ClassVar[str] = "false end of a stop"
+
+    def strike(self, stage: Stage) -> float:
+        self._look(stage, stage.facts.now + 2.0 * _WAITS_S, set())
+        return 0.0
+
+    def _look(self, stage: Stage, until: float, known: set[str]) -> None:
+        """Of those that were in force before, so that the robots may stand under them by now."""
+        facts = stage.facts
+        stops = {} if facts.manager is None else {estop.id: estop for estop in facts.manager.estops}
+        for estop_id in stops.keys() & known:
+            stage.world.publish(replace(stops[estop_id], active=False), STRANGER)
+        if facts.now < until:
+            stage.world.clock.after(_ROUND_S, self._look, stage, until, set(stops))
+
+
+@dataclass(frozen=True, slots=True)
 class Guest(Item):
     """A robot that is not in the cell file says for a while that it is where another stands inside its zone, and then
     that it is far away."""

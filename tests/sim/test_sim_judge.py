@@ -12,28 +12,45 @@ import pytest
 
 from cell.core import Request
 from cell.messages import (
+    COMMANDS,
+    AcceptPosition,
     AdoptZone,
     Assurance,
     AxisStatus,
     Call,
     Clearance,
+    ClearSetup,
+    ClearZone,
+    Command,
     Confinement,
     Continue,
+    DisableDrives,
     DriveFeedback,
+    EnableDrives,
+    EndAssurance,
     Estop,
     Event,
+    ForceOutput,
     GatewayState,
+    Halt,
     Heard,
+    Home,
     JogHeld,
+    Load,
     ManagerState,
     Mode,
     PlayoutState,
     Presence,
     Reply,
+    ResetDrives,
+    ResetEstop,
+    RobotStands,
     RobotState,
     Run,
+    SetEstop,
     SetpointBlock,
     Severity,
+    Stop,
     SwitchOutput,
     Token,
     Way,
@@ -44,8 +61,10 @@ from drive_gateway.gateway.effects import Frame
 from robot_agent.agent.planning.plans import Plan
 from tests.sim.apart_cell import apart_cell
 from tests.sim.coverage import ELSEWHERE, event_codes
-from tests.sim.faults import DriveFails, JogPress, Kill, Moment, Stop
+from tests.sim.faults import DriveFails, JogPress, Kill, Moment
+from tests.sim.faults import Stop as EmergencyStop
 from tests.sim.judge import ALL
+from tests.sim.judge.facts import STRANGER
 from tests.sim.recording import Change, Recording, after, each, with_one_more
 from tests.sim.recording import Moment as Seen
 from tests.sim.world import load_bundle
@@ -71,7 +90,7 @@ GOTO again 9
 }
 PLAN = (
     Kill(2.5, Moment(ONE, "is inside", 0.2), "manager", 0.4),
-    Stop(4.5, Moment(OTHER, "moves fast"), "anna", ("manager", "gateways", "agents")),
+    EmergencyStop(4.5, Moment(OTHER, "moves fast"), "anna", ("manager", "gateways", "agents")),
     JogPress(6.5, None, "bert", ONE, "J1", 0.1, 2.0, True),
     DriveFails(9.5, Moment(OTHER, "moves fast"), OTHER, 0, "emergency", 0.0),
 )
@@ -580,6 +599,70 @@ def test_an_order_to_a_gateway_may_be_older_by_what_lies_between_two_of_its_stat
     answered = with_one_more(seen.at + age_s + 0.01, "published", name, Reply("9", True, ""))
     broken = run.judged(lambda moments: answered(list(asked(moments))), "orders are carried out in time and once")
     assert (broken is None) == good
+
+
+@pytest.mark.parametrize(("age_s", "good"), [(0.45, True), (0.55, False)])
+@pytest.mark.parametrize("command", [EnableDrives(ONE, 1), ResetDrives(ONE, 1)], ids=lambda command: command.verb)
+def test_an_agents_order_to_its_gateway_counts_from_the_feedback_that_it_answers(
+    run: Recording, command: Command, age_s: float, good: bool
+) -> None:
+    seen = first(run, "published", DriveFeedback, lambda f: f.robot == ONE, moving_at(run))
+    heard = Heard(seen.what.boot, seen.what.sequence)
+    change = carried_out(run.judge.facts.gateway_of(ONE), command, heard, seen.at + age_s)
+    assert (run.judged(change, "orders are carried out in time and once") is None) == good
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ResetEstop("anna", ()), RobotStands(ONE, "anna"), ClearSetup(ONE, "anna"), ClearZone(ZONE, "anna"),
+        AdoptZone(ZONE, ONE, "anna"), ForceOutput(ONE, "gripper", None, "anna"), AcceptPosition(ONE, ()), Home(ONE, ()),
+        Load(""), Halt(), Stop(), SetEstop("loud", "anna", ""), EndAssurance(ONE, "anna"), DisableDrives(ONE, 1),
+    ],
+    ids=lambda command: command.verb,
+)  # fmt: skip
+def test_what_moves_or_releases_something_is_dated_and_what_stops_is_not(run: Recording, command: Command) -> None:
+    names = {"manager": "manager", "gateway": run.judge.facts.gateway_of(ONE), "robot": f"robot/{ONE}"}
+    name = next(name for role, name in names.items() if command.verb in COMMANDS[role])
+    broken = run.judged(carried_out(name, command, None, moving_at(run)), "orders are carried out in time and once")
+    assert (broken is None) == isinstance(command, Halt | Stop | SetEstop | EndAssurance | DisableDrives)
+
+
+def carried_out(name: str, command: Command, heard: Heard | None, at: float) -> Change:
+    """One more order, that its addressee says to have carried out."""
+    asked = with_one_more(at, "delivered", name, Request("9", Call("9", command, heard)))
+    answered = with_one_more(at + 0.01, "published", name, Reply("9", True, ""))
+    return lambda moments: answered(list(asked(moments)))
+
+
+@pytest.mark.parametrize("by_manager", [True, False])
+def test_a_stop_ends_for_the_judge_by_the_managers_word_alone(run: Recording, by_manager: bool) -> None:
+    at, name = moving_at(run), f"robot/{ONE}"
+    stop = Estop("loud", True, "anna", "test")
+    over = replace(stop, active=False)
+    told = with_one_more(at + 0.001, "delivered", name, stop)
+    ended = with_one_more(at + 0.001, "published", "manager" if by_manager else STRANGER, over)
+    heard = with_one_more(at + 0.001, "delivered", name, over)
+    # One more is put in front of what is there: the last of these is the first.
+    broken = run.judged(lambda moments: told(list(ended(list(heard(moments))))), "stops under an emergency stop")
+    assert (broken is None) == by_manager
+
+
+@pytest.mark.parametrize(("reason", "good"), [(f"{OTHER} fell silent", True), (f"{ONE} fell silent", False)])
+def test_a_blocked_zone_accounts_for_those_whom_its_reason_names(run: Recording, reason: str, good: bool) -> None:
+    blocked = each(
+        "published",
+        ManagerState,
+        lambda m: zone_is(m.what, state=ZoneState.ORPHANED, holder=None, token=None, reason=reason),
+    )
+
+    def changed(moments: list[Seen]) -> Iterator[Seen]:
+        """Of a robot that has been granted the zone by this manager."""
+        at = inside_at(run, OTHER).at
+        yield from (m for m in moments if m.at < at)
+        yield from blocked([m for m in moments if at <= m.at < at + 0.1])
+
+    assert (run.judged(changed, "who is inside is holder or suspect") is None) == good
 
 
 @pytest.mark.parametrize("moves", [True, False])

@@ -1,5 +1,6 @@
 """Where the robots really are, against what is published of them."""
 
+import re
 from dataclasses import dataclass
 from math import inf
 
@@ -66,8 +67,8 @@ class BodyIsPublished(Invariant):
 
 
 class InsideIsAccountedFor(Invariant):
-    """Whoever is really inside a zone is its holder in the newest state of the manager, or the zone is blocked. A drive
-    that fails may let a robot come anywhere."""
+    """Whoever is really inside a zone is its holder in the newest state of the manager, or the zone is blocked for its
+    sake. A drive that fails may let a robot come anywhere."""
 
     name = "who is inside is holder or suspect"
 
@@ -77,10 +78,17 @@ class InsideIsAccountedFor(Invariant):
         for zone in sample.inside:
             status = sample.manager.zones[zone]
             waits = status.state is ZoneState.FREE and status.reason.startswith("no grants before")
-            if status.holder != sample.robot and status.state is not ZoneState.ORPHANED and not waits:
+            suspect = status.state is ZoneState.ORPHANED and self._may_be_meant(sample, zone, status.reason)
+            if status.holder != sample.robot and not suspect and not waits:
                 holder = status.holder or "nobody"
                 what = f"it is in zone {zone}, which the manager calls {status.state.value}, held by {holder}"
-                self.broken(sample.robot, what, sample.at)
+                self.broken(sample.robot, f"{what}: {status.reason}" if status.reason else what, sample.at)
+
+    def _may_be_meant(self, sample: Sample, zone: str, reason: str) -> bool:
+        """The reason names the robot; or it claims the zone by a grant of before the manager's start."""
+        token = None if sample.shown is None else sample.shown.message.holds.get(zone)
+        claims = token is not None and sample.manager is not None and token.epoch < sample.manager.epoch
+        return claims or sample.robot in re.findall(r"\w+", reason)
 
 
 class BrakingKeepsZones(Invariant):

@@ -19,12 +19,14 @@ from cell.manager.core import ManagerCore
 from cell.messages import (
     Call,
     DriveFeedback,
+    EnableDrives,
     Estop,
     GatewayState,
     Heard,
     ManagerState,
     Mode,
     Presence,
+    ResetDrives,
     RobotState,
     Sections,
     SetpointBlock,
@@ -55,6 +57,10 @@ _TELLS_S = 0.15
 """From an agent that knows where its robot is to a manager's state that says so."""
 MOVING = 0.02
 """[rad/s or m/s] An axis that is faster than this moves; slower, its drive may settle."""
+
+
+BY_FEEDBACK = EnableDrives, ResetDrives
+"""What an agent orders of its gateway answers feedback of its drives, not a state."""
 
 
 @dataclass(slots=True, eq=False)
@@ -139,6 +145,7 @@ class Told:
     estops: dict[str, float] = field(default_factory=dict)
     """Stops that are in force for it, since when."""
     cleared: set[str] = field(default_factory=set)
+    """Stops whose end it was told, which a manager had told by then."""
     calls: list[tuple[float, Call]] = field(default_factory=list)
     feedback: DriveFeedback | None = None
     """The newest, of an agent."""
@@ -152,6 +159,11 @@ class SentBlock:
 
     message: SetpointBlock
     at: float
+
+
+def _feedback_of(robot: str, boot: str) -> str:
+    """A gateway numbers the feedback of each robot apart from its states."""
+    return f"feedback of {robot}, {boot}"
 
 
 def rest_row(block: SetpointBlock) -> int:
@@ -186,6 +198,8 @@ class Facts:
         self.blocks: dict[str, dict[tuple[int, int], SentBlock]] = {robot: {} for robot in self.robots}
         """By robot: all blocks, by owner and sequence."""
         self.newest_block: dict[str, SentBlock] = {}
+        self.ended: set[str] = set()
+        """Emergency stops whose end a manager has told."""
         self._owners: dict[str, list[int]] = defaultdict(list)
         """Of each robot, as its gateway has named them, one after another; 0 is one too."""
         self.troubled_until = 0.0
@@ -298,16 +312,21 @@ class Facts:
 
     def call_age(self, call: Call, name: str) -> float:
         """How old [s] the state of the addressee is that a call answers."""
-        heard = call.heard
+        heard, command = call.heard, call.command
         if heard is not None and name.startswith("robot/"):
             heard = Heard("state of " + heard.boot, heard.sequence)
+        elif heard is not None and isinstance(command, BY_FEEDBACK):
+            heard = Heard(_feedback_of(command.robot, heard.boot), heard.sequence)
         at = -inf if heard is None else self.sent.get((heard.boot, heard.sequence), -inf)
         return self.now - at
 
     # What is said and heard
 
-    def published(self, message: object) -> None:
+    def published(self, name: str, message: object) -> None:
+        """What a process of the cell, or an operator, has said."""
         match message:
+            case Estop(active=False) if name == "manager":
+                self.ended.add(message.id)
             case Presence():
                 self.sent[message.boot, message.sequence] = self.now
                 self.shown[message.robot] = self.seen(message)
@@ -323,6 +342,7 @@ class Facts:
                 self.sent[message.boot, message.sequence] = self.now
                 self.gateways[message.gateway] = message
             case DriveFeedback():
+                self.sent[_feedback_of(message.robot, message.boot), message.sequence] = self.now
                 self.feedback[message.robot] = message
                 if message.owner not in self._owners[message.robot]:
                     self._owners[message.robot].append(message.owner)
@@ -392,8 +412,9 @@ class Facts:
 
     def _estop(self, told: Told, estop: Estop) -> None:
         if not estop.active:
-            told.cleared.add(estop.id)
-            told.estops.pop(estop.id, None)
+            if estop.id in self.ended:  # else somebody has made it up: nobody but the manager ends a stop
+                told.cleared.add(estop.id)
+                told.estops.pop(estop.id, None)
         elif estop.id not in told.cleared:
             told.estops.setdefault(estop.id, self.now)
 

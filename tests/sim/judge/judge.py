@@ -108,7 +108,7 @@ class Judge:
             return
         for handler in self._published.get(type(message), ()):
             handler(name, message)
-        self.facts.published(message)
+        self.facts.published(name, message)
 
     def _on_delivered(self, name: str, message: object) -> None:
         for handler in self._delivered.get(type(message), ()):

@@ -15,6 +15,7 @@ from cell.messages import (
     Continue,
     DriveFeedback,
     Enable,
+    Estop,
     GatewayState,
     Jog,
     Mode,
@@ -416,13 +417,36 @@ class StopsUnderEstop(_OfBlocks):
 
 
 class GatewayObeysEstop(Invariant):
-    """A robot whose gateway was told of an emergency stop is at rest and without torque within the gateway's delay."""
+    """A robot whose gateway was told of an emergency stop is at rest and without torque within the gateway's delay, and
+    the gateway says that it stands under one."""
 
     name = "a gateway obeys an emergency stop"
 
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._heard: dict[str, set[str]] = defaultdict(set)
+        """Stops that came to a gateway by themselves: in a state of the manager it looks for ends alone."""
+
+    def lived(self, name: str, what: str) -> None:
+        if what == "started":
+            self._heard.pop(name, None)
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Estop: self._told}
+
     @property
     def published(self) -> Handlers:
-        return {DriveFeedback: self._feedback}
+        return {DriveFeedback: self._feedback, GatewayState: self._state}
+
+    def _told(self, name: str, estop: Estop) -> None:
+        if estop.active:
+            self._heard[name].add(estop.id)
+
+    def _state(self, name: str, state: GatewayState) -> None:
+        stops = self.facts.told[name].estops.keys() & self._heard[name]
+        if stops and state.estop is None:
+            self.broken(name, f"it was told of emergency stop {min(stops)}, and says that there is none")
 
     def _over_s(self, gateway: str, at: float) -> float:
         """How long the time to obey has been over."""

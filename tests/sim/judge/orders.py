@@ -4,43 +4,61 @@ from math import inf
 
 from cell.core import Request
 from cell.messages import (
+    AcceptPosition,
     AdoptZone,
     Call,
     Claim,
+    ClearSetup,
     ClearZone,
+    Command,
+    ConfineRobot,
     Continue,
     DriveFeedback,
     Enable,
     Estop,
     Event,
+    FaultDrive,
     ForceOutput,
+    Go,
+    Halt,
+    Home,
     Jog,
     ManagerState,
     Mode,
+    MoveAxes,
+    PlaceFrame,
+    PressAxis,
     Release,
     Reply,
     ResetEstop,
-    ResetRobot,
     Return,
+    RobotStands,
     RobotState,
     Run,
     SetEstop,
-    SetManual,
-    SetOverride,
     SetpointBlock,
+    SetZone,
+    SimulateInput,
     Step,
+    Stop,
     SwitchOutput,
+    TeachFrame,
+    Who,
+    WriteObject,
 )
 from robot_agent.agent.planning.plans import Plan
-from tests.sim.judge.facts import Facts
+from tests.sim.judge.facts import BY_FEEDBACK, Facts
 from tests.sim.judge.invariant import Handlers, Invariant
 
+_ANY_TIME = (Who, Halt, Stop)
+"""Of what a robot is ordered: what is carried out however old it is; nothing else is."""
 _DATED = (
-    Enable, Run, Continue, Return, Step, SetOverride, SetManual, Jog, ResetRobot, ClearZone, AdoptZone, ResetEstop,
-    SwitchOutput,
+    ResetEstop, ClearZone, AdoptZone, ClearSetup, ConfineRobot, RobotStands, SetZone, PlaceFrame, TeachFrame,
+    Home, MoveAxes, PressAxis, SwitchOutput, ForceOutput, AcceptPosition, WriteObject, FaultDrive, SimulateInput,
+    *BY_FEEDBACK,
 )  # fmt: skip
-"""What moves, releases or switches something."""
-_MOVES = (Enable, Run, Continue, Return, Step, Jog)
+"""Of what a manager and a gateway are ordered: what moves, releases or switches something."""
+_MOVES = (Enable, Run, Continue, Return, Step, Jog, Go)
 _STOPPED = (Mode.ESTOP, Mode.FAULT)
 _LATER_S = 0.02
 _BETWEEN_STATES_S = 0.2
@@ -74,9 +92,10 @@ class OrdersInTime(Invariant):
 
     def _call(self, name: str, request: Request) -> None:
         call = request.call
-        if isinstance(call, Call) and isinstance(call.command, _DATED):
+        if isinstance(call, Call) and _dated(name, call.command):
             age_s = inf if self._saw_it_stopped(call) else self.facts.call_age(call, name)
-            self._asked[self.facts.told[name].boot, call.id] = call, age_s
+            # Of a call that comes twice the first one counts.
+            self._asked.setdefault((self.facts.told[name].boot, call.id), (call, age_s))
 
     def _saw_it_stopped(self, call: Call) -> bool:
         """Or no later; what is carried out nevertheless is as bad as if nothing had been seen."""
@@ -89,14 +108,20 @@ class OrdersInTime(Invariant):
         if not reply.ok or key not in self._asked:
             return
         call, age_s = self._asked[key]
-        apart_s = _BETWEEN_STATES_S if name.startswith("gateway/") else 0.0
+        by_state = name.startswith("gateway/") and not isinstance(call.command, BY_FEEDBACK)
+        apart_s = _BETWEEN_STATES_S if by_state else 0.0
         if age_s > self.facts.cell.times.command_s + apart_s + _LATER_S:
             unseen = "nothing that it has sent since it was stopped, if anything"
-            seen = unseen if age_s == inf else f"a state that was {age_s:.2f} s old"
+            seen = unseen if age_s == inf else f"what was {age_s:.2f} s old"
             self.broken(name, f"it has carried out `{call.command.verb}` of a caller who had seen {seen}")
         if key in self._done:
             self.broken(name, f"it has carried out `{call.command.verb}`, call {call.id}, twice")
         self._done.add(key)
+
+
+def _dated(name: str, command: Command) -> bool:
+    """Whether what a process is ordered is carried out soon after, or never."""
+    return not isinstance(command, _ANY_TIME) if name.startswith("robot/") else isinstance(command, _DATED)
 
 
 class StopsAreKept(Invariant):
