@@ -217,8 +217,9 @@ class FalseEnd(Item):
         """Of those that were in force before, so that the robots may stand under them by now."""
         facts = stage.facts
         stops = {} if facts.manager is None else {estop.id: estop for estop in facts.manager.estops}
-        for estop_id in stops.keys() & known:
-            stage.world.publish(replace(stops[estop_id], active=False), STRANGER)
+        for estop in stops.values():
+            if estop.id in known:
+                stage.world.publish(replace(estop, active=False), STRANGER)
         if facts.now < until:
             stage.world.clock.after(_ROUND_S, self._look, stage, until, set(stops))
 
