@@ -1,6 +1,8 @@
 """Values that several files share: names, endpoints, file names, poses."""
 
 import re
+import socket
+from ipaddress import IPv6Address
 from typing import Annotated
 
 import numpy as np
@@ -16,15 +18,27 @@ FileName = Annotated[str, Field(min_length=1, description="a file, relative to t
 _ENDPOINT = re.compile(r"tcp/(?P<host>\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]]+):(?P<port>[0-9]{1,5})")
 
 
-_EVERYWHERE = ("0.0.0.0", "[::]")
-"""To listen there is to listen on every address of a host; nobody is reached there from another one."""
+def is_everywhere(host: str) -> bool:
+    """Whether to listen there is to listen on every address of a computer: 0.0.0.0 and [::], however they are written.
+
+    Nobody is reached there from another computer.
+    """
+    if host == "*":
+        return True
+    try:
+        if ":" in host:
+            address = IPv6Address(host.strip("[]"))
+            return (address.ipv4_mapped or address).is_unspecified
+        return not any(socket.inet_aton(host))
+    except (OSError, ValueError):
+        return False
 
 
 def _endpoint(value: str) -> str:
     match = _ENDPOINT.fullmatch(value)
     if match is None or not 1 <= int(match["port"]) <= 65535:
         raise ValueError("tcp/HOST:PORT with a port of 1 to 65535")
-    if match["host"] in _EVERYWHERE:
+    if is_everywhere(match["host"]):
         raise ValueError(f"an address under which the others reach it; it listens on all of its own with -l {value}")
     return value
 

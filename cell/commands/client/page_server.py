@@ -11,6 +11,7 @@ import typer
 from cell.commands.access import require
 from cell.commands.errors import CommandError, not_installed
 from cell.config.document import read_text
+from cell.config.fields import is_everywhere
 from cell.config.settings import CellSettings, MeshShape, Shape
 from cell.view.bodies import triangles
 from cell.view.gate import Gate, Level
@@ -50,7 +51,7 @@ def page_server(host: str, port: int, highest: Level) -> Iterator["GatedServer"]
 
 def _names(host: str) -> tuple[str, ...]:
     """The names under which the page is told. Raises `CommandError` for an address that is every address."""
-    if host in ("0.0.0.0", "::", "*", ""):
+    if not host or is_everywhere(host):
         raise CommandError(
             f"--host {host or '(empty)'} found, allowed is one address or name of this computer",
             "name the address of the network card by which it should be reached",

@@ -215,7 +215,7 @@ class Supervisor:
                 run.give(state)
         refused = run.take_given_up()
         for robot, reason in refused.items():
-            remedy = f"see to it, then: cell run {robot} -f {self._settings.file}"
+            remedy = f"see to it, then: cell run {robot} -f {quoted(self._settings.file)}"
             show.say(f"robot {robot} does not run its program: {reason}; {remedy}")
         return bool(refused)
 

@@ -119,6 +119,13 @@ def test_each_mistake_is_one_line_at_its_place(tmp_path: Path, old: str, new: st
     assert f"{copy.place(CELL, at)}: {problem}" in lines(copy)
 
 
+@pytest.mark.parametrize("host", ["0", "00.0.0.0", "0x0", "*", "[::]", "[0:0::0]", "[::ffff:0.0.0.0]"])
+def test_every_address_of_a_computer_is_refused_however_it_is_written(tmp_path: Path, host: str) -> None:
+    copy = Copy(tmp_path).change(CELL, "127.0.0.1:7450", f"{host}:7450")
+    (line,) = lines(copy)
+    assert line.endswith(f"it listens on all of its own with -l tcp/{host}:7450")
+
+
 @pytest.mark.parametrize(
     ("times", "at", "problem"),
     [
