@@ -23,7 +23,7 @@ class Body:
     by `growth_m[i]`, covers everything up to pose `i + 1`, the distance between measured and commanded position
     included. While the robot brakes off its path, the poses after the present one are in no order: together they cover
     everything that it may still come to. An unknown body (`known` false, not referenced or no feedback) counts as the
-    robot's whole reach: a sphere of `reach_m` around `base`. So does one without poses.
+    robot's whole reach: a sphere of `reach_m` around `base`. A known one has at least one pose.
     """
 
     known: bool

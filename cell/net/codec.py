@@ -120,6 +120,11 @@ def _decode_presence(data: bytes) -> Presence:
     if not head.committed <= head.owned <= len(sections):
         found = f"{head.committed} committed, {head.owned} owned of {len(sections)} sections"
         raise CodecError("Presence", f"{found}: allowed are no more committed than owned, no more owned than there are")
+    if head.known and not len(poses):
+        raise CodecError("Presence", "a body that is known, without poses: allowed is at least one, where the robot is")
+    if len(pieces) != (len(sections) if head.plan else 0):
+        found = f"{len(pieces)} pieces of {len(sections)} sections in plan {head.plan}"
+        raise CodecError("Presence", f"{found}: allowed are one of each with a plan, none without (plan 0)")
     body = Body(head.known, head.base, head.reach_m, radii, poses, growth, tcp)
     way = Way(sections, head.committed, head.owned, head.links, head.fixed, head.plan, pieces)
     return Presence(body=body, way=way, **{name: getattr(head, name) for name in _PRESENCE_FIELDS})
@@ -144,6 +149,10 @@ def _encode_planned_way(way: PlannedWay) -> bytes:
 def _decode_planned_way(data: bytes) -> PlannedWay:
     read, pieces = binary.decode_planned_way(data)
     head = _from_json(_PLANNED_HEAD, read)
+    for stay in head.stays:
+        if not stay.first <= stay.last < len(pieces):
+            found = f"a stay in zone {stay.zone} from piece {stay.first} to {stay.last} of {len(pieces)}"
+            raise CodecError("PlannedWay", f"{found}: allowed is from one that there is to the same one or a later one")
     return PlannedWay(pieces=pieces, **{name: getattr(head, name) for name in _PLANNED_FIELDS})
 
 

@@ -20,6 +20,7 @@ from cell.messages import (
     OutputEvent,
     Place,
     PlaceFrame,
+    PlannedWay,
     PlayoutState,
     Sections,
     SetpointBlock,
@@ -27,6 +28,7 @@ from cell.messages import (
     Way,
     ZoneGeometry,
 )
+from cell.messages.sections import Stay
 from cell.messages.zone import Edge
 from cell.net.binary import FARTHEST_M, LARGEST, MOST_COUNT
 
@@ -54,6 +56,8 @@ def of(kind: Any) -> st.SearchStrategy[Any]:
         return sections()
     if kind in (Confinement, FramePose, Place, PlaceFrame, ZoneGeometry):
         return oriented(kind)
+    if kind is PlannedWay:
+        return planned_ways()
     if kind is SetZone:
         return zone_changes()
     if dataclasses.is_dataclass(kind):
@@ -99,7 +103,7 @@ def bodies(draw: st.DrawFn) -> Body:
     radii, growth = (draw(arrays(np.float32, count, elements=lengths)) for count in (c, n))
     poses = draw(arrays(np.float32, (n, c, 2, 3), elements=coordinates))
     tcp = draw(arrays(np.float32, (n, 3), elements=coordinates))
-    return Body(draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), radii, poses, growth, tcp)
+    return Body(n > 0 and draw(st.booleans()), draw(plain["base"]), draw(plain["reach_m"]), radii, poses, growth, tcp)
 
 
 @st.composite
@@ -116,8 +120,18 @@ def ways(draw: st.DrawFn) -> Way:
     some = draw(sections())
     owned = draw(st.integers(0, len(some)))
     links, fixed = (st.lists(each, max_size=3).map(tuple) for each in (NAMES, COUNTS))
-    pieces = draw(arrays(np.uint32, draw(st.sampled_from([0, len(some)])), elements=st.integers(0, 2**32 - 1)))
-    return Way(some, draw(st.integers(0, owned)), owned, draw(links), draw(fixed), draw(COUNTS), pieces)
+    plan = draw(st.sampled_from([0, 1, MOST_COUNT]))
+    pieces = draw(arrays(np.uint32, len(some) if plan else 0, elements=st.integers(0, 2**32 - 1)))
+    return Way(some, draw(st.integers(0, owned)), owned, draw(links), draw(fixed), plan, pieces)
+
+
+@st.composite
+def planned_ways(draw: st.DrawFn) -> PlannedWay:
+    """A planned way with stays in pieces that it has."""
+    values = {name: draw(strategy) for name, strategy in fields(PlannedWay).items() if name != "stays"}
+    count = len(values["pieces"])
+    spans = draw(st.lists(st.tuples(NAMES, st.integers(0, count - 1), st.integers(0, count - 1)))) if count else []
+    return PlannedWay(stays=tuple(Stay(zone, *sorted(span)) for zone, *span in spans), **values)
 
 
 @st.composite

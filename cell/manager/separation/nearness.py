@@ -74,6 +74,9 @@ class Nearness:
             return None
         one, its = found
         near = _near(asked[one : one + 1], reserved[its : its + 1], np.inf, fixed)
+        if not len(near.distance):
+            # They were measured when one of these ids was that of another space.
+            return one, Refusal(other, f"a section of {robot} or {other} came again as another space")
         return one, self._refusal(robot, other, near, int(near.distance.argmin()), f"{1e3 * margin:g} mm are kept")
 
     def first_nearer(

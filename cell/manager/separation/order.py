@@ -79,6 +79,8 @@ class _Robot:
     """What its presences count in."""
     number: int = 0
     """Of the plan that its newest presence counts in, heard or not; 0: none."""
+    is_on_plan: bool = False
+    """Its newest presence counts in `plan`."""
     at: int = 0
     """The piece at the end of what it may use."""
     back: int = 0
@@ -163,14 +165,15 @@ class Order:
         """
         robot, way = self._robots.setdefault(presence.robot, _Robot()), presence.way
         coming = robot.coming
-        if coming is not None and (coming.owner, coming.number) == (presence.owner, way.plan):
+        if coming is not None and _counts_in(coming, presence):
             robot.plan, robot.coming = coming, None
         plan, robot.number = robot.plan, way.plan
         is_on_its_way = bool((way.pieces[: way.owned] != NO_PIECE).any())
         robot.beside = None if is_on_its_way else _Beside(way.sections[: way.owned], way.sections[way.owned :])
         if plan is not None and (way.plan == 0 or plan.owner != presence.owner):
             plan = robot.plan = None
-        if plan is not None and plan.number == way.plan:
+        robot.is_on_plan = plan is not None and _counts_in(plan, presence)
+        if robot.is_on_plan:
             mine = [piece for piece in reserved.values() if piece != NO_PIECE]
             robot.at = min(max(mine, default=0), robot.end)
             used = [piece for piece in way.pieces[: way.committed].tolist() if piece != NO_PIECE]
@@ -236,7 +239,7 @@ class Order:
     def knows(self, robot: str, plan: int) -> bool:
         """Whether the plan with this number is what the order goes by."""
         mine = self._robots.get(robot)
-        return mine is not None and mine.plan is not None and mine.plan.number == plan
+        return mine is not None and mine.plan is not None and mine.is_on_plan and mine.plan.number == plan
 
     def admitted(self, robot: str, pieces: Sequence[int]) -> tuple[int, Refusal | None]:
         """How many of the sections in these pieces of its plan a robot may be cleared, and who is in the way."""
@@ -310,11 +313,9 @@ class Order:
 
     def is_clear(self, robot: str) -> bool:
         """Whether nobody still has to pass where a robot is, at the end of what it may use."""
-        mine = self._robots[robot]
-        return not any(
-            self._last_near(other, robot)[mine.at] >= its.at
-            for other, its in self._robots.items()
-            if other != robot and mine.plan is not None and its.plan is not None
+        standing = self._positions()
+        return robot not in standing or not any(
+            self._last_near(other, robot)[standing[robot]] >= at for other, at in standing.items() if other != robot
         )
 
     def look_further(self, robot: str) -> bool:
@@ -469,6 +470,13 @@ class Order:
         if len(kept) and len(its_new):
             near[np.ix_(kept, its_new)] = self._conflicts.too_near(robot, mine[kept], other, its[its_new])
         return near
+
+
+def _counts_in(plan: PlannedWay, presence: Presence) -> bool:
+    """Whether a presence counts in this plan: by its number, and in pieces that it has."""
+    way = presence.way
+    told = way.pieces[way.pieces != NO_PIECE]
+    return (plan.owner, plan.number) == (presence.owner, way.plan) and bool((told < len(plan.pieces)).all())
 
 
 def _same(pieces: Sections, others: Sections) -> NDArray[np.intp]:

@@ -271,6 +271,28 @@ def test_a_way_of_another_shape_does_not_travel(way: Way, says: str) -> None:
         encode(dataclasses.replace(PRESENCE, way=way))
 
 
+@pytest.mark.parametrize(("plan", "pieces"), [(0, [5]), (3, [])])
+def test_pieces_without_a_plan_and_a_plan_without_pieces_are_refused(plan: int, pieces: list[int]) -> None:
+    way = Way(SECTION, plan=plan, pieces=np.array(pieces, np.uint32))
+    with pytest.raises(CodecError, match="one of each with a plan, none without"):
+        decode(Presence, encode(dataclasses.replace(PRESENCE, way=way)))
+
+
+def test_a_known_body_without_poses_is_refused() -> None:
+    body = Body(True, (0.0, 0.0, 0.0), 1.0)
+    with pytest.raises(CodecError, match="a body that is known, without poses"):
+        decode(Presence, encode(dataclasses.replace(PRESENCE, body=body)))
+    unknown = dataclasses.replace(PRESENCE, body=dataclasses.replace(body, known=False))
+    assert not decode(Presence, encode(unknown)).body.known
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, 1), (1, 0), (1, 1)])
+def test_a_stay_in_pieces_that_a_planned_way_does_not_have_is_refused(first: int, last: int) -> None:
+    way = PlannedWay("left", "b", 1, 2, more=True, pieces=SECTION, stays=(Stay("press", first, last),))
+    with pytest.raises(CodecError, match=f"a stay in zone press from piece {first} to {last} of 1"):
+        decode(PlannedWay, encode(way))
+
+
 @pytest.mark.parametrize(("committed", "owned"), [(1, 0), (0, 2), (2, 2)])
 def test_a_way_of_which_more_is_owned_than_there_is_is_refused(committed: int, owned: int) -> None:
     with pytest.raises(CodecError, match="no more committed than owned"):

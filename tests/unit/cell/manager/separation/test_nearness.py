@@ -315,6 +315,15 @@ def test_a_refusal_says_which_links_and_how_near(x: float, text: str, distance_m
 LOST = "right does not know where it is"
 
 
+def test_a_section_that_comes_again_as_another_space_is_refused() -> None:
+    """An id is a hash of what a section covers, unless somebody says it who does not keep to that."""
+    near = separation(fixed=lambda _: frozenset({0}))
+    balls = sections([[[[0, 0, 0]] * 2] * 2], 0.1)
+    assert near.first_too_near("a", balls, "b", balls) is not None
+    found = near.first_too_near("a", sections([[[[0, 0, 0]] * 2]], 0.1), "b", sections([[[[0, 0, 0]] * 2]], 0.1))
+    assert found == (0, Refusal("b", "a section of a or b came again as another space"))
+
+
 def test_nothing_asked_and_nothing_reserved_is_clear() -> None:
     one, some = separation(), row(3)
     for asked, reserved in ((Sections(), some), (some, Sections()), (Sections(), Sections()), (some[:0], some)):

@@ -517,6 +517,17 @@ def test_a_plan_counts_from_the_presence_that_counts_in_it() -> None:
     assert not ways.order.knows("a", 2)
 
 
+def test_who_counts_beyond_the_end_of_its_plan_is_let_in_nowhere() -> None:
+    ways = Ways({"a": 4, "b": 4}, set())
+    ways.order.hold({"p": None})
+    ways.hear("a", at=7)
+    assert not ways.order.knows("a", 1)
+    assert ways.order.why_not_grant("a", ["p"], ["a", "b"]) is not None
+    ways.hear("a", at=2)
+    assert ways.order.knows("a", 1)
+    assert ways.order.why_not_grant("a", ["p"], ["a", "b"]) is None
+
+
 def test_sections_outside_the_plan_do_not_move_a_robot_along_it() -> None:
     ways = Ways({"a": 6, "b": 6}, CROSSING)
     assert ways.order.admitted("a", [NO_PIECE, NO_PIECE]) == (2, None)
