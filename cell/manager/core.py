@@ -339,7 +339,7 @@ class ManagerCore:
 
     def _stop_on_call(self, request_id: str, call_id: str, command: SetEstop, now: float) -> None:
         self._set_estop(Estop(command.id, True, command.by, command.reason), now)
-        if any(estop.id == command.id for estop in self._latch.in_force):
+        if self._latch.holds(command.id):
             self._latch.answer_when_stopped(request_id, call_id, "the emergency stop is set", now)
             return
         text = f"emergency stop {command.id} was cleared before and is never set again: send it under a new id"
@@ -358,7 +358,7 @@ class ManagerCore:
         elif not ended:
             self._effects.append(Answer(request_id, Reply(call_id, True, "no emergency stop was set")))
         else:
-            self._latch.answer_when_dropped(request_id, call_id, f"cleared: {_named(ended)}", ended, now)
+            self._latch.answer_when_dropped(request_id, call_id, f"cleared: {_named(ended)}", now)
 
     def _decide(self, command: ClearZone | AdoptZone, sights: Mapping[str, dict[str, Sight]]) -> tuple[bool, str]:
         zone = self._zones.get(command.zone)

@@ -1,15 +1,18 @@
 """The latched emergency stop of the cell. It supports and never replaces a hard-wired one."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from cell.core import Answer, Effect, Publish
+from cell.manager.listed_estops import ListedEstops
 from cell.manager.records import EstopCleared, EstopLatched, Store, Stored
 from cell.messages import Estop, Reply
-from cell.net.estops import Estops
+from cell.net.estops import MOST_LISTED
 
 _REPEAT_S = 0.05
 _REPEAT_CLEARED_S = 2.0
+_MOST_REPEATED = 2 * MOST_LISTED
+"""Ends at a time; one that is left out is told when somebody stands under that stop."""
 _CONFIRM_WITHIN_S = 1.0
 
 
@@ -20,8 +23,8 @@ class _Waiting:
     request_id: str
     call_id: str
     done: str
-    cleared: frozenset[str] | None
-    """The stops whose end is waited for; None: for a stop itself."""
+    cleared: bool
+    """Whether the end of stops is waited for, or a stop itself."""
     until: float
 
 
@@ -29,15 +32,20 @@ class EstopLatch:
     """The cell's stops: latched, repeated, and cleared by an operator who names them."""
 
     def __init__(self, stored: Stored) -> None:
-        self._estops = Estops(stored.estops, stored.cleared)
+        self._estops = ListedEstops(stored.estops, stored.cleared)
+        self._unsaved = self._stores(stored.estops)
         self._repeat_cleared: dict[str, tuple[Estop, float]] = {}
         self._waiting: list[_Waiting] = []
         self._due = 0.0
 
     @property
     def in_force(self) -> tuple[Estop, ...]:
-        """Oldest first."""
+        """Those that are listed, oldest first."""
         return self._estops.in_force
+
+    def holds(self, estop_id: str) -> bool:
+        """Whether this stop is in force, listed or not."""
+        return self._estops.holds(estop_id)
 
     def latch(self, estop: Estop, now: float) -> list[Effect]:
         """Bring a stop into force, unless it is already, or was cleared before."""
@@ -45,10 +53,11 @@ class EstopLatch:
             return []
         if self._estops.was_cleared(estop.id):
             self._tell_again(estop, now)
+        before = self.in_force
         if not self._estops.hear(estop):
             return []
         self._due = now
-        return [Store(EstopLatched(estop))]
+        return self._stores(before)
 
     def heard_confirmation(self, estop_id: str | None, who: str, now: float) -> list[Effect]:
         """Somebody stands under this stop: news if the manager missed the stop itself, or they its end."""
@@ -67,16 +76,15 @@ class EstopLatch:
 
     def answer_when_stopped(self, request_id: str, call_id: str, done: str, now: float) -> None:
         """Answer a call once everyone stands under a stop, or in 1 s."""
-        self._waiting.append(_Waiting(request_id, call_id, done, None, now + _CONFIRM_WITHIN_S))
+        self._waiting.append(_Waiting(request_id, call_id, done, False, now + _CONFIRM_WITHIN_S))
 
-    def answer_when_dropped(self, request_id: str, call_id: str, done: str, ended: list[Estop], now: float) -> None:
-        """Answer a call once nobody stands under these stops any more, or in 1 s."""
-        ids = frozenset(estop.id for estop in ended)
-        self._waiting.append(_Waiting(request_id, call_id, done, ids, now + _CONFIRM_WITHIN_S))
+    def answer_when_dropped(self, request_id: str, call_id: str, done: str, now: float) -> None:
+        """Answer a call once nobody stands under a stop that was cleared any more, or in 1 s."""
+        self._waiting.append(_Waiting(request_id, call_id, done, True, now + _CONFIRM_WITHIN_S))
 
     def step(self, acknowledged: Mapping[str, str | None], silent: list[str], now: float) -> list[Effect]:
         """Repeat what is in force, and what was cleared lately, at 20 Hz; answer who waits."""
-        effects: list[Effect] = []
+        effects, self._unsaved = self._unsaved, []
         if now >= self._due:
             self._due = now + _REPEAT_S
             self._repeat_cleared = {i: item for i, item in self._repeat_cleared.items() if now < item[1]}
@@ -87,10 +95,9 @@ class EstopLatch:
     def _answers(self, acknowledged: Mapping[str, str | None], silent: list[str], now: float) -> list[Effect]:
         effects: list[Effect] = []
         for waiting in list(self._waiting):
-            in_force = {estop.id for estop in self.in_force}
             agree = {
-                robot: estop_id in in_force if waiting.cleared is None else estop_id not in waiting.cleared
-                for robot, estop_id in acknowledged.items()
+                robot: not self._estops.was_cleared(named) if waiting.cleared else self._estops.holds(named)
+                for robot, named in acknowledged.items()
             }
             open_ = sorted({robot for robot, done in agree.items() if not done} | set(silent))
             if open_ and now < waiting.until:
@@ -102,5 +109,15 @@ class EstopLatch:
             self._waiting.remove(waiting)
         return effects
 
+    def _stores(self, before: Iterable[Estop]) -> list[Effect]:
+        """What is listed now and was not before, and instead of what."""
+        kept = {estop.id for estop in self.in_force}
+        gone = tuple(estop.id for estop in before if estop.id not in kept)
+        known = set(before)
+        return [Store(EstopLatched(estop, gone)) for estop in self.in_force if estop not in known]
+
     def _tell_again(self, estop: Estop, now: float) -> None:
+        self._repeat_cleared.pop(estop.id, None)
+        if len(self._repeat_cleared) >= _MOST_REPEATED:
+            del self._repeat_cleared[next(iter(self._repeat_cleared))]
         self._repeat_cleared[estop.id] = (replace(estop, active=False), now + _REPEAT_CLEARED_S)

@@ -26,6 +26,7 @@ from cell.manager.records import (
     next_epoch,
 )
 from cell.messages import Assurance, Confinement, Estop, Sections
+from cell.net.estops import REMEMBERED
 
 RETRY_S = 1.0
 _CONNECT = partial(sqlite3.connect, check_same_thread=False)
@@ -94,46 +95,60 @@ class Journal:
         """Everything a new manager must know."""
         try:
             [(epoch,)] = self._db.execute("SELECT coalesce(max(epoch), 0) FROM epochs")
-            rows = self._db.execute("SELECT id, set_by, reason, cleared_at FROM estops ORDER BY set_at").fetchall()
+            stops = self._db.execute(_IN_FORCE)
+            in_force = tuple(Estop(id_, True, by, reason) for id_, by, reason in stops)
+            cleared = tuple(id_ for (id_,) in self._db.execute(_CLEARED))[::-1]
             assured = tuple(map(_assured, self._db.execute(f"SELECT {_ASSURANCE} FROM assurances ORDER BY robot")))
         except (sqlite3.Error, ValueError, TypeError) as error:
             raise JournalError(self.path, str(error)) from error
-        active = tuple(Estop(id_, True, by, reason) for id_, by, reason, cleared in rows if cleared is None)
-        return Stored(epoch, active, frozenset(id_ for id_, _, _, cleared in rows if cleared is not None), assured)
+        return Stored(epoch, in_force, cleared, assured)
 
     def begin_epoch(self, boot: str) -> int:
         """The number of a new epoch, stored before it is used."""
         unix_s = self._unix()
         epoch = next_epoch(self.read().epoch, unix_s)
-        self._write("INSERT INTO epochs VALUES (?, ?, ?)", epoch, boot, unix_s)
+        self._write(("INSERT INTO epochs VALUES (?, ?, ?)", (epoch, boot, unix_s)))
         return epoch
 
     def write(self, record: Record) -> None:
         """Store one record."""
         at = self._unix()
         match record:
-            case EstopLatched(estop):
-                sql = "INSERT OR IGNORE INTO estops (id, set_by, reason, set_at) VALUES (?, ?, ?, ?)"
-                self._write(sql, estop.id, estop.by, estop.reason, at)
+            case EstopLatched(estop, instead_of):
+                replaced = ((_CLEAR, (f"emergency stop {estop.id}", at, each)) for each in instead_of)
+                self._write((_LATCH, (estop.id, estop.by, estop.reason, at)), *replaced, (_FORGET, ()))
             case EstopCleared(id=estop_id, by=by):
-                self._write("UPDATE estops SET cleared_by = ?, cleared_at = ? WHERE id = ?", by, at, estop_id)
+                self._write((_CLEAR, (by, at, estop_id)), (_FORGET, ()))
             case ZoneDecided(zone, decision, by, found):
-                self._write("INSERT INTO zone_decisions VALUES (?, ?, ?, ?, ?)", zone, decision, by, found, at)
+                self._write(("INSERT INTO zone_decisions VALUES (?, ?, ?, ?, ?)", (zone, decision, by, found, at)))
             case Assured():
-                self._write("INSERT OR REPLACE INTO assurances VALUES (?, ?, ?, ?, ?, ?, ?, ?)", *_row(record), at)
+                sql = "INSERT OR REPLACE INTO assurances VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
+                self._write((sql, (*_row(record), at)))
             case AssuranceEnded(robot):
-                self._write("DELETE FROM assurances WHERE robot = ?", robot)
+                self._write(("DELETE FROM assurances WHERE robot = ?", (robot,)))
             case _:
                 assert_never(record)
 
-    def _write(self, sql: str, *values: str | int | float | bytes | None) -> None:
+    def _write(self, *statements: tuple[str, tuple[str | int | float | bytes | None, ...]]) -> None:
+        """All of them, or none."""
         try:
             with self._db:
-                self._db.execute(sql, values)
+                for sql, values in statements:
+                    self._db.execute(sql, values)
         except sqlite3.Error as error:
             raise JournalError(self.path, str(error)) from error
 
 
+_IN_FORCE = "SELECT id, set_by, reason FROM estops WHERE cleared_at IS NULL ORDER BY set_at, rowid"
+_CLEARED = f"""
+SELECT id FROM estops WHERE cleared_at IS NOT NULL ORDER BY cleared_at DESC, rowid DESC LIMIT {REMEMBERED}
+"""
+_LATCH = """
+INSERT INTO estops (id, set_by, reason, set_at) VALUES (?, ?, ?, ?)
+ON CONFLICT (id) DO UPDATE SET reason = excluded.reason, cleared_by = NULL, cleared_at = NULL
+"""
+_CLEAR = "UPDATE estops SET cleared_by = ?, cleared_at = ? WHERE id = ? AND cleared_at IS NULL"
+_FORGET = f"DELETE FROM estops WHERE cleared_at IS NOT NULL AND id NOT IN ({_CLEARED})"
 _ASSURANCE = "robot, by, box, capsules, ids, radii, points"
 
 

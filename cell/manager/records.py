@@ -8,9 +8,11 @@ from cell.messages import Assurance, Estop, Sections
 
 @dataclass(frozen=True, slots=True)
 class EstopLatched:
-    """An emergency stop came into force."""
+    """An emergency stop came into force, and is listed."""
 
     estop: Estop
+    instead_of: tuple[str, ...] = ()
+    """Stops that are not listed any more: this one stands for them."""
 
     def __str__(self) -> str:
         return f"emergency stop {self.estop.id}, unless a robot or gateway that stands under it is heard"
@@ -89,12 +91,12 @@ class JournalWritten:
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """What the journal holds at the start: the newest epoch, the latched stops, the ids that were cleared, and what
-    operators have said of where robots stay."""
+    """What the journal holds at the start: the newest epoch, the latched stops and the ids of the newest that were
+    cleared, both oldest first, and what operators have said of where robots stay."""
 
     epoch: int = 0
     estops: tuple[Estop, ...] = ()
-    cleared: frozenset[str] = frozenset()
+    cleared: tuple[str, ...] = ()
     assured: tuple[Assured, ...] = ()
 
 

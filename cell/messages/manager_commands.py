@@ -19,10 +19,12 @@ Rank = Annotated[int, Ge(0), Le(1000)]
 @command("manager")
 @dataclass(frozen=True, slots=True)
 class SetEstop(Command):
+    """As an `Estop`, which cuts its texts."""
+
     verb: ClassVar[str] = "estop"
     id: Name
-    by: Words
-    reason: Words
+    by: str
+    reason: str
 
 
 @command("manager")

@@ -66,8 +66,13 @@ def header(settings: CellSettings, seen: Newest) -> str:
 def _confirmations(settings: CellSettings, seen: Newest) -> str:
     """Who stands under the stop, and who has not said so."""
     presences, gateways = seen.of(Presence), seen.of(GatewayState)
-    who = {f"robot {name}": name in presences and bool(presences[name].estop_acknowledged) for name in settings.robots}
-    who |= {f"gateway {name}": name in gateways and bool(gateways[name].estop_confirmed) for name in settings.gateways}
+    who = {
+        f"robot {name}": name in presences and presences[name].estop_acknowledged is not None
+        for name in settings.robots
+    }
+    who |= {
+        f"gateway {name}": name in gateways and gateways[name].estop_confirmed is not None for name in settings.gateways
+    }
     rows = [
         f"<span style='color:{'#16a34a' if told else '#dc2626'}'>{'&#10003;' if told else '&hellip;'}</span> "
         f"{escape(name)} {'stands' if told else 'has not confirmed'}"

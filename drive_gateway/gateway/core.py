@@ -151,6 +151,8 @@ class GatewayCore:
                 self._phase.heard(state, at, self._states.age(echo, at))
                 self._turn.heard(state, at)
                 self._estops.answered(state, echo)
+                for estop in state.estops:
+                    self._on_estop(estop, now)
                 if any(self._inputs.values()):  # programs rest until inputs are told anew
                     self._state_due = min(self._state_due, max(now, self._quiet_until))
             case Frozen():

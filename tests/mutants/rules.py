@@ -91,8 +91,8 @@ RULES = (
         (
             Edit(
                 "cell/manager/estop_latch.py",
-                "self._estops = Estops(stored.estops, stored.cleared)",
-                "self._estops = Estops((), stored.cleared)",
+                "self._estops = ListedEstops(stored.estops, stored.cleared)",
+                "self._estops = ListedEstops((), stored.cleared)",
             ),
         ),
     ),

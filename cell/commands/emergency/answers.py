@@ -68,7 +68,7 @@ class Answers:
         found: set[Member] = set()
         for key, data in newest.items():
             fields = _fields(data)
-            if fields.get("estop_acknowledged") or fields.get("estop_confirmed"):
+            if any(fields.get(stop) is not None for stop in ("estop_acknowledged", "estop_confirmed")):
                 _, cell, role, name, _ = key.split("/")
                 found.add((cell, role, name))
         return found

@@ -214,9 +214,9 @@ class Screen:
     def _confirmations(self) -> str:
         """Who stands under the stop, and who has not said so."""
         presences, gateways = self.seen.of(Presence), self.seen.of(GatewayState)
-        told = {name: name in presences and bool(presences[name].estop_acknowledged) for name in self._robots}
+        told = {name: name in presences and presences[name].estop_acknowledged is not None for name in self._robots}
         told |= {
-            f"gateway {name}": name in gateways and bool(gateways[name].estop_confirmed)
+            f"gateway {name}": name in gateways and gateways[name].estop_confirmed is not None
             for name in self.settings.gateways
         }
         return "  ".join(f"{name} {'stands' if stands else 'HAS NOT CONFIRMED'}" for name, stands in told.items())

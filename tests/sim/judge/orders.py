@@ -46,6 +46,7 @@ from cell.messages import (
     Who,
     WriteObject,
 )
+from cell.net.estops import MOST_LISTED
 from robot_agent.agent.planning.plans import Plan
 from tests.sim.judge.facts import BY_FEEDBACK, Facts
 from tests.sim.judge.invariant import Handlers, Invariant
@@ -126,7 +127,7 @@ def _dated(name: str, command: Command) -> bool:
 
 class StopsAreKept(Invariant):
     """An emergency stop that reached the manager is in force until an operator ends it by its name, over restarts of
-    the manager too; a stop ends for nobody else's sake."""
+    the manager too; a stop ends for nobody else's sake. Of more than the manager lists, later ones stand for others."""
 
     name = "emergency stops are kept"
 
@@ -161,6 +162,8 @@ class StopsAreKept(Invariant):
 
     def _state(self, name: str, state: ManagerState) -> None:
         told = {estop.id for estop in state.estops}
+        if len(told) >= MOST_LISTED:
+            self._named |= self._in_force - told
         if self.facts.journal_spoilt:
             self._in_force &= told
         missing = self._in_force - told - self._named

@@ -491,7 +491,7 @@ def test_a_reset_that_names_no_stop_in_force_clears_nothing(world: World) -> Non
 
 def test_the_stop_outlives_the_manager(world: World) -> None:
     stop = Estop("e1", True, "me", "test")
-    world.restart_manager(8, "m2", Stored(7, (stop,), frozenset({"e0"})))
+    world.restart_manager(8, "m2", Stored(7, (stop,), ("e0",)))
     world.run()
     assert world.state.estops == (stop,)
     assert world.left.estop == "e1"

@@ -29,7 +29,7 @@ def read(path: Path) -> Stored:
 
 
 def test_a_new_journal_knows_nothing(tmp_path: Path) -> None:
-    assert read(tmp_path / "j") == Stored(0, (), frozenset())
+    assert read(tmp_path / "j") == Stored(0, (), ())
 
 
 def test_a_latched_stop_is_there_after_a_restart(tmp_path: Path) -> None:
@@ -44,7 +44,7 @@ def test_a_cleared_stop_leaves_its_id(tmp_path: Path) -> None:
         journal.write(EstopLatched(STOP))
         journal.write(EstopCleared("e1", "me"))
         journal.write(ZoneDecided("middle", "cleared", "me", "zone middle is free"))
-    assert read(tmp_path / "j") == Stored(0, (), frozenset({"e1"}))
+    assert read(tmp_path / "j") == Stored(0, (), ("e1",))
 
 
 def test_epochs_grow_over_restarts(tmp_path: Path) -> None:
@@ -104,7 +104,7 @@ def test_what_a_full_disk_did_not_take_is_told_tried_again_and_written_in_order_
     assert news[1] == JournalFailed(
         f"{tmp_path / 'j'}: database or disk is full", (EstopLatched(STOP), EstopCleared("e1", "me"))
     )
-    assert read(tmp_path / "j").cleared == {"e1"}
+    assert read(tmp_path / "j").cleared == ("e1",)
 
 
 def test_a_manager_that_ends_does_not_wait_for_a_full_disk(tmp_path: Path) -> None:

@@ -44,8 +44,10 @@ from cell.messages import (
     ZoneState,
     ZoneStatus,
 )
+from cell.messages.estop import LONGEST_WORDS
 from cell.net.codec import MOST_BYTES, MOST_URGENT_BYTES, MOST_VALUES, decode, decode_call, encode, encode_call
 from cell.net.errors import CodecError
+from cell.net.estops import MOST_LISTED
 from tests.unit.message_kinds import NAMES, messages, of, same
 from tests.unit.plain_body import plain_body
 
@@ -393,8 +395,16 @@ def full_cell() -> ManagerState:
 def test_the_manager_of_a_full_cell_and_the_longest_reason_of_a_stop_are_read() -> None:
     state = full_cell()
     assert decode(ManagerState, encode(state)) == state
-    longest = Estop("e" * 128, True, "\x01" * 2**17, "\x01" * 2**17)
+    longest = Estop("e" * 128, True, "\x01" * LONGEST_WORDS, "," * LONGEST_WORDS)
     assert decode(Estop, encode(longest)) == longest
+    many = dataclasses.replace(state, estops=(longest,) * MOST_LISTED)
+    assert decode(ManagerState, encode(many)) == many
+
+
+@pytest.mark.parametrize("text", ["x" * 2**20, "," * 2**20, '\\",' * 2**18, "\\\\," * 2**18])
+def test_a_stop_is_read_whatever_its_reason(text: str) -> None:
+    data = b'{"id":"e1","active":true,"by":"me","reason":"' + text.encode() + b'"}'
+    assert decode(Estop, data) == Estop("e1", True, "me", json.loads(f'"{text}"')[:LONGEST_WORDS])
 
 
 _SHARED = b'"cell":"c","boot":"b","epoch":1,"sequence":1,"cell_time":1.0,"digest":"d"'

@@ -1,7 +1,7 @@
 """The emergency stops as each process keeps them."""
 
 from cell.messages import Estop, Heard, ManagerState
-from cell.net.estops import Estops, ObeyedEstops
+from cell.net.estops import MOST_OBEYED, REMEMBERED, Estops, ObeyedEstops
 
 FIRST, SECOND = Estop("e1", True, "anna", "door"), Estop("e2", True, "bert", "trial")
 
@@ -35,6 +35,13 @@ def test_a_stop_that_was_cleared_before_it_was_heard_never_comes_into_force() ->
     assert estops.in_force == ()
 
 
+def test_the_newest_stops_that_were_cleared_are_remembered() -> None:
+    estops = Estops()
+    for number in range(REMEMBERED + 1):
+        estops.hear(over(Estop(f"e{number}", True, "anna", "door")))
+    assert (estops.was_cleared("e0"), estops.was_cleared("e1")) == (False, True)
+
+
 def says(*in_force: Estop) -> ManagerState:
     return ManagerState("c", "m", 1, 1, 0.0, "d", estops=in_force)
 
@@ -55,6 +62,20 @@ def test_nobody_but_the_manager_ends_a_stop_that_an_agent_or_gateway_obeys() -> 
     assert estops.in_force == (FIRST,)
     assert estops.hear(over(FIRST))
     assert not estops.hear(FIRST)
+
+
+def test_who_obeys_as_many_as_it_keeps_goes_on_standing_under_a_later_one() -> None:
+    estops = ObeyedEstops("b")
+    kept = tuple(Estop(f"k{number}", True, "anna", "door") for number in range(MOST_OBEYED))
+    assert all(map(estops.hear, kept))
+    assert not estops.hear(SECOND)
+    for sequence, each in enumerate(kept):
+        estops.named(each.id, sequence)
+        estops.answered(says(SECOND), Heard("b", sequence))
+        estops.hear(SECOND)
+        assert estops.hear(over(each))
+        assert estops.first is not None
+    assert estops.in_force == (SECOND,)
 
 
 def test_an_end_that_comes_before_its_stop_keeps_no_stop_from_being_obeyed() -> None:
