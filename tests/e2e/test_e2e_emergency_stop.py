@@ -65,7 +65,11 @@ def add_unknown_key(live: LiveCell) -> None:
     live.file.write_text(live.file.read_text() + "lights: green\n")
 
 
-@pytest.mark.parametrize("damage", [break_file, remove_file, add_unknown_key])
+def write_in_utf_16(live: LiveCell) -> None:
+    live.file.write_text(live.file.read_text(), encoding="utf-16")
+
+
+@pytest.mark.parametrize("damage", [break_file, remove_file, add_unknown_key, write_in_utf_16])
 def test_a_stop_goes_out_with_a_cell_file_that_is_refused(live: LiveCell, damage: Callable[[LiveCell], None]) -> None:
     damage(live)
     with listener(live, live.settings.manager_endpoint) as listening, estop("-f", str(live.file)):
@@ -115,6 +119,14 @@ def test_a_stop_goes_out_without_a_terminal_and_with_a_reason_that_is_no_utf_8(l
         estop("-f", str(live.file), "--reason", b"T\xfcr offen\n", env=bare),  # type: ignore[arg-type]
     ):
         assert heard(listening).reason == "Tür offen"
+
+
+def test_a_stop_goes_out_with_a_setting_of_zenoh_that_it_cannot_read(live: LiveCell) -> None:
+    with (
+        listener(live, live.settings.manager_endpoint) as listening,
+        estop("-f", str(live.file), env=environment(ZENOH_RUNTIME="garbage")),
+    ):
+        heard(listening)
 
 
 def test_a_stop_goes_out_for_a_user_without_a_name(live: LiveCell) -> None:

@@ -17,8 +17,12 @@ DELAY_S = 2.0
 """`estop_delay_s` of a cell that does not say."""
 _MOST_BYTES = 1_000_000
 _COMMENT = re.compile(r"(?:^|\s)#[^\n]*")
-_CELL = re.compile(r"^\{?\s*[\"']?cell[\"']?\s*:\s*[\"']?([a-z][a-z0-9_]*)", re.MULTILINE)
-_ENDPOINT = re.compile(r"[\"']?endpoint[\"']?\s*:\s*[\"']?([a-z]+/[^\s\"',}]+)")
+_BEFORE = r"\s*(?:[&!|>]\S{0,100}\s+){0,3}[\"']?"
+"""Anchor, tag, or the sign of a block, in front of a value."""
+_CELL = re.compile(rf"^\{{?\s*[\"']?cell[\"']?\s*:{_BEFORE}([a-z][a-z0-9_]*)", re.MULTILINE)
+_ENDPOINT = re.compile(rf"(?:endpoint[\"']?\s*:|&\w+){_BEFORE}([a-z]+/[^\s\"',}}]+)")
+"""What has an anchor may be named as an endpoint elsewhere."""
+_BYTE_ORDER_MARKS = "\ufeff\ufffd"
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,11 +101,15 @@ def stored_beside(file: Path, state_dir: Path | None, said: Reach) -> list[Reach
 
 
 def _text(file: Path) -> str:
-    """The beginning of a file as text; empty when it cannot be read or is no file."""
+    """The beginning of a file as text; empty when it cannot be read or is no file.
+
+    Without zeros it is also that of UTF-16 and UTF-32, as far as it is ASCII.
+    """
     try:
         if not stat.S_ISREG(file.stat().st_mode):
             return ""
         with file.open("rb") as opened:
-            return opened.read(_MOST_BYTES).decode("utf-8", "replace")
+            text = opened.read(_MOST_BYTES).replace(b"\0", b"").decode("utf-8", "replace")
+            return text.lstrip(_BYTE_ORDER_MARKS)
     except (OSError, ValueError):
         return ""

@@ -128,11 +128,22 @@ def test_reads_leniently_what_the_schema_reads(file: Path) -> None:
         "{cell: a, manager: {endpoint: tcp/h:1}}",
         '{"cell": "a", "manager": {"endpoint": "tcp/h:1"}}',
         "cell: a\r\nmanager: {endpoint: tcp/h:1}\r\nname: \udce4\r\n",
+        'cell: &c "a"\nmanager: {endpoint: &m "tcp/h:1"}\nrobots: [\n',
+        "cell: !!str a\nmanager:\n  endpoint: !!str &m tcp/h:1\nrobots: [\n",
+        "cell: a\nhere: &m tcp/h:1\nmanager: {endpoint: *m}\nrobots: [\n",
+        "cell: a\nmanager:\n  endpoint: >-\n    tcp/h:1\nrobots: [\n",
     ],
 )
 def test_reads_name_and_endpoints_whatever_else_is_broken(tmp_path: Path, text: str) -> None:
     file = tmp_path / "cell.yaml"
     file.write_bytes(text.encode("utf-8", "surrogateescape"))
+    assert read_leniently(file) == Reach("a", ("tcp/h:1",))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+def test_reads_name_and_endpoints_in_whatever_encoding(tmp_path: Path, encoding: str) -> None:
+    file = tmp_path / "cell.yaml"
+    file.write_bytes("cell: a\nmanager: {endpoint: tcp/h:1}\nname: Tür\n".encode(encoding))
     assert read_leniently(file) == Reach("a", ("tcp/h:1",))
 
 
