@@ -4,7 +4,7 @@ No rule here depends on a time: a robot keeps what it owns, and what was cleared
 old its newest presence is.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -18,6 +18,8 @@ from cell.net.freshness import NewestOf
 
 MOST_OPEN = 8
 """So many clearances of one robot may be unconfirmed; then the newest one is repeated until it is confirmed."""
+_AT_ONCE = 64
+"""So many sections are compared with a body in one go."""
 
 TooNear = tuple[int, Refusal] | None
 """The first section that comes too near, and why; None where none does."""
@@ -211,9 +213,9 @@ class Ledger:
         """In whose reserved space a robot is measured, by the present pose of its body; empty: in nobody's."""
         capsules = body.poses[:1, :, None].astype(float), body.radii_m[None, :, None].astype(float)
         for other, robot in self._robots.items():
-            for some in robot.reserved() if other != name else ():
+            for some in _parts(*robot.reserved()) if other != name else ():
                 points, radii = some.points[:, None].astype(float), some.radii[:, None].astype(float)
-                if len(some) and (capsule_distance(*capsules, points, radii) <= 0.0).any():
+                if (capsule_distance(*capsules, points, radii) <= 0.0).any():
                     return other
         return ""
 
@@ -307,5 +309,15 @@ def _is_where_said(presence: Presence, robot: _Robot) -> bool:
         return bool((np.abs(local) + radii[:, None, None] <= robot.box.size / 2.0).all())
     # A capsule is in another one when the balls at both of its ends are.
     balls = np.repeat(ends[:, :, None], 2, axis=2)[:, :, None, None], -radii[:, None, None, None]
-    away = capsule_distance(*balls, robot.owned.points.astype(float), robot.owned.radii.astype(float))
-    return bool(np.any((away <= 0.0).all(axis=1), axis=(1, 2)).all())
+    covered = np.zeros(len(moves), dtype=bool)
+    for some in _parts(robot.owned):
+        away = capsule_distance(*balls, some.points.astype(float), some.radii.astype(float))
+        covered |= np.any((away <= 0.0).all(axis=1), axis=(1, 2))
+    return bool(covered.all())
+
+
+def _parts(*sections: Sections) -> Iterator[Sections]:
+    """All of them, in parts that are compared in little memory."""
+    for some in sections:
+        for start in range(0, len(some), _AT_ONCE):
+            yield some[start : start + _AT_ONCE]

@@ -93,9 +93,10 @@ class Nearness:
         fixed = frozenset(self._fixed(robot)), frozenset(self._fixed(other))
         links, other_links = asked.radii.shape[1], reserved.radii.shape[1]
         kept = np.full((max(links, present.radii.shape[1]), other_links), margin)
-        near = _near(present, reserved, margin, fixed)
-        np.minimum.at(kept, (near.link, near.other_link), near.distance - _ROUNDING_M)
         most = max(1, _AT_ONCE // reserved.radii.size // links)
+        for start in range(0, len(present), 8 * most):  # all of them count, so more in one go
+            near = _near(present[start : start + 8 * most], reserved, margin, fixed)
+            np.minimum.at(kept, (near.link, near.other_link), near.distance - _ROUNDING_M)
         for start in range(0, len(asked), most):
             near = _near(asked[start : start + most], reserved, margin, fixed)
             wrong = np.flatnonzero(near.distance < kept[near.link, near.other_link])

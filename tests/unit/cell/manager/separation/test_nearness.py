@@ -1,5 +1,6 @@
 """Which sections come too near: against all distances in 80 bits, with a memory that must never tell."""
 
+import tracemalloc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from unittest.mock import patch
@@ -350,6 +351,16 @@ def test_robots_that_are_too_near_may_part_and_never_approach(kind: str) -> None
         answers.add(found and found[0])
         assert separation(margin).first_nearer("left", present, "right", reserved, present) is None
     assert len(answers) > 2
+
+
+def test_long_ways_at_one_place_are_measured_in_little_memory() -> None:
+    rng = np.random.default_rng(7)
+    asked, present, reserved = (sections(rng.normal(0.0, 0.05, (n, 8, 2, 3)), 0.1) for n in (1, 200, 200))
+    tracemalloc.start()
+    separation().first_nearer("a", asked, "b", reserved, present)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 100e6
 
 
 def test_each_pair_of_links_keeps_its_own_distance() -> None:
