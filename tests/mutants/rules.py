@@ -383,7 +383,7 @@ RULES = (
         (
             Edit(
                 "cell/net/estops.py",
-                "            if estop.id not in self._over:\n                return False\n",
+                "        if estop.id not in self._over:\n            return False\n",
                 "",
             ),
         ),
@@ -397,6 +397,17 @@ RULES = (
                 "        if not self._estops.hear(estop):\n            return\n",
                 "        if not estop.active:\n            self._estops._over.add(estop.id)\n"
                 "        if not self._estops.hear(estop):\n            return\n",
+            ),
+        ),
+    ),
+    Mutant(
+        "frames-carry-the-sample-before",
+        "the frames to the drives carry the sample before the one that the gateway says it commands",
+        (
+            Edit(
+                GROUP,
+                "        self._sent.add(position)\n        counts = self._units.counts(position)\n",
+                "        counts = self._units.counts(self._sent.newest)\n        self._sent.add(position)\n",
             ),
         ),
     ),
