@@ -1,7 +1,6 @@
 """Values that several files share: names, endpoints, file names, poses."""
 
 import re
-import socket
 from ipaddress import IPv6Address
 from typing import Annotated
 
@@ -15,6 +14,7 @@ from cell.geometry import from_xyz_abc
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$", description="a name that can be part of a key")]
 FileName = Annotated[str, Field(min_length=1, description="a file, relative to this one")]
 
+_ZEROS = re.compile(r"(0+|0[xX]0+)(\.(0+|0[xX]0+)){0,3}")
 _ENDPOINT = re.compile(r"tcp/(?P<host>\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]]+):(?P<port>[0-9]{1,5})")
 
 
@@ -29,8 +29,9 @@ def is_everywhere(host: str) -> bool:
         if ":" in host:
             address = IPv6Address(host.strip("[]"))
             return (address.ipv4_mapped or address).is_unspecified
-        return not any(socket.inet_aton(host))
-    except (OSError, ValueError):
+        # As inet_aton(3) reads it: up to four numbers, decimal, octal or hexadecimal, all of them zero.
+        return _ZEROS.fullmatch(host) is not None
+    except ValueError:
         return False
 
 
