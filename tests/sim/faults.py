@@ -41,6 +41,7 @@ from cell.messages import (
 from cell.messages import Stop as StopProgram
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster
+from drive_gateway.sim.nodes.node import SimulatedNode
 from tests.sim.cells import GeneratedCell
 from tests.sim.item import Item, Moment, Stage
 from tests.sim.jog_key import hold_key
@@ -245,7 +246,7 @@ class DriveFails(Item):
         if self.what == "drop-out":
             facts.silence(self.robot, self.seconds, heard=not world.buses[gateway].broken)
             node.silence(True)
-            world.clock.after(self.seconds, node.silence, False)
+            world.clock.after(self.seconds, self._back, stage, node)
         elif self.what == "deaf":
             servo = node.drives[axis.number - 1].servo
             servo.interpolate = lambda _target, _period_s: None  # type: ignore[method-assign]
@@ -255,6 +256,14 @@ class DriveFails(Item):
             servo.block(True)
             world.clock.after(self.seconds, servo.block, False)
         return self.seconds
+
+    def _back(self, stage: Stage, node: SimulatedNode) -> None:
+        """The node is heard again, once nothing else is to keep a node of the robot off the bus."""
+        left_s = stage.facts.silenced[self.robot][1] - stage.facts.now
+        if left_s > 0.0:
+            stage.world.clock.after(left_s, self._back, stage, node)
+        else:
+            node.silence(False)
 
     def _fastest(self, facts: Facts, axes: Sequence[AxisSettings]) -> int:
         feedback = facts.feedback[self.robot]

@@ -60,6 +60,7 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.gateway.effects import Frame
 from robot_agent.agent.planning.plans import Plan
 from tests.sim.apart_cell import apart_cell
+from tests.sim.clock import Clock
 from tests.sim.coverage import ELSEWHERE, event_codes
 from tests.sim.faults import DriveFails, JogPress, Kill, Moment
 from tests.sim.faults import Stop as EmergencyStop
@@ -706,6 +707,19 @@ def test_a_drive_that_drops_out_while_its_bus_has_failed_has_been_silent_since_t
     facts.world.clock.now = 2.0
     facts.silence(ONE, 0.5, heard=heard)
     assert facts.silenced[ONE] == (since_s, 3.0)
+
+
+def test_a_drive_that_two_faults_keep_off_the_bus_is_back_when_both_are_over(run: Recording) -> None:
+    facts, clock = copy(run.judge.facts), Clock()
+    facts.world, facts.silenced = SimpleNamespace(clock=clock), {}
+    began, back = clock.now, []
+    node = SimpleNamespace(silence=lambda _: back.append(clock.now - began))
+    for seconds in (1.2, 0.3):
+        facts.silence(ONE, seconds)
+        fault = DriveFails(0.0, None, ONE, 0, "drop-out", seconds)
+        clock.after(seconds, fault._back, SimpleNamespace(world=facts.world, facts=facts), node)
+    clock.run_until(began + 2.0)
+    assert back == pytest.approx([1.2, 1.2])
 
 
 @pytest.mark.parametrize("name", PLANTED)

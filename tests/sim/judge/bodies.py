@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from cell.messages import AdoptZone, ClearZone, SetpointBlock, ZoneState
+from cell.messages import AdoptZone, ClearZone, SetpointBlock, ZoneState, ZoneStatus
 from tests.sim.judge.facts import BATCH, Facts, Floats, Sample, SentBlock, Shown, rest_row
 from tests.sim.judge.invariant import Handlers, Invariant
 
@@ -66,6 +66,11 @@ class BodyIsPublished(Invariant):
             self.broken(sample.robot, what, sample.at)
 
 
+def _not_granted_yet(zone: ZoneStatus) -> bool:
+    """A manager that has just started asks first where everybody is."""
+    return zone.reason.startswith("no grants before")
+
+
 class InsideIsAccountedFor(Invariant):
     """Whoever is really inside a zone is its holder in the newest state of the manager, or the zone is blocked for its
     sake. A drive that fails may let a robot come anywhere."""
@@ -77,7 +82,7 @@ class InsideIsAccountedFor(Invariant):
             return
         for zone in sample.inside:
             status = sample.manager.zones[zone]
-            waits = status.state is ZoneState.FREE and status.reason.startswith("no grants before")
+            waits = status.state is ZoneState.FREE and _not_granted_yet(status)
             suspect = status.state is ZoneState.ORPHANED and self._may_be_meant(sample, zone, status.reason)
             if status.holder != sample.robot and not suspect and not waits:
                 holder = status.holder or "nobody"
@@ -114,7 +119,7 @@ class BrakingKeepsZones(Invariant):
         held = frozenset(
             name
             for name, zone in manager.zones.items()
-            if zone.holder == robot or zone.state is ZoneState.ORPHANED or zone.reason.startswith("no grants before")
+            if zone.holder == robot or zone.state is ZoneState.ORPHANED or _not_granted_yet(zone)
         )
         for zone in self._held[robot] - held:
             lost[zone] = sample.at

@@ -30,6 +30,7 @@ from cell.messages import (
     Step,
 )
 from drive_gateway.canopen.axis_objects import index_of
+from drive_gateway.canopen.cob_id import NMT
 from drive_gateway.gateway.effects import Frame
 from drive_gateway.sim.services.dictionary import key_of
 from robot_agent.agent.planning.plans import Planned
@@ -178,15 +179,12 @@ class DrivesGetWhatIsSaid(Invariant):
     def published(self) -> Handlers:
         return {DriveFeedback: self._feedback}
 
-    def lived(self, name: str, what: str) -> None:
-        if what == "started":
-            self._places = {key: places for key, places in self._places.items() if key[0] != name}
-
     def _frame(self, gateway: str, effect: Frame) -> None:
         key = gateway, effect.frame.id
-        if key not in self._places:
-            self._places[key] = self._found(*key)
-        for robot, axis, layout, place in self._places[key]:
+        if effect.frame.id == NMT:  # nodes may have other mappings after it
+            self._places.clear()
+        places = self._places[key] = self._places.get(key) or self._found(*key)
+        for robot, axis, layout, place in places:
             self._newest[robot][axis] = layout.unpack_from(effect.frame.data)[place]
 
     def _found(self, gateway: str, cob_id: int) -> list[tuple[str, int, Struct, int]]:
