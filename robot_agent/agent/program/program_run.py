@@ -210,11 +210,11 @@ class ProgramRun:
         """The program goes on at a tick, with the rest of a pause that was begun."""
         if self._held_since is None:
             return
-        since, longer = max(self._held_since, self._leaves_at), self._held_for(tick)
+        longer = self._held_for(tick)
         self._held_since, self._goes_since = None, tick
         if longer > 0 and not self.starting:
             self.resume_tick += longer
-            self.outputs.postpone(since, longer)
+            self.outputs.postpone(tick - longer, longer)
 
     def _held_for(self, tick: int) -> int:
         """How many ticks of a pause under way a halt has taken by then."""
