@@ -30,13 +30,14 @@ help:  ## list the targets
 demo: $(RUN_READY)  ## run the two-robot cell on simulated drives until both programs are done
 	$(BIN)/python -m cell.commands.main up $(CELL) --until-done
 
-# The processes of a cell need the processor in time: tests of parts take, with the lowest priority, what they leave.
+# The processes of a cell need the processor in time: tests of parts take, with a low priority, what they leave:
+# not the lowest, since some of them wait for answers of threads of their own.
 test: $(TEST_READY)  ## all tests but the long random runs
 	@$(MAKE) --no-print-directory --jobs 2 test-parts test-cells
 
 # The profile "ci" of hypothesis draws the same cases in every run; `make soak` looks for new ones.
 test-parts: $(TEST_READY)
-	nice -n 19 $(BIN)/python -m pytest -m "not soak" --hypothesis-profile ci tests/unit tests/sim --numprocesses $(WORKERS) --dist worksteal
+	nice -n 10 $(BIN)/python -m pytest -m "not soak" --hypothesis-profile ci tests/unit tests/sim --numprocesses $(WORKERS) --dist worksteal
 
 test-cells: $(TEST_READY)
 	@$(BIN)/python -m pytest -m "not soak" tests/e2e > $(CELLS_LOG) 2>&1; code=$$?; cat $(CELLS_LOG); exit $$code

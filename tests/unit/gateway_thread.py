@@ -17,7 +17,9 @@ from drive_gateway.sim.config.simulation import Simulation
 from tests.ports import free_endpoint
 from tests.unit.gateway_world import START, TIMES, echo_for, gateway_settings
 
-DEADLINE_S = 20.0
+DEADLINE_S = 60.0
+PATIENCE_S = 5.0
+"""Its threads may wait for a processor for so long: other tests run beside it."""
 SIMULATION = Simulation(lag_s=0.0, starts=dict.fromkeys((("left", "J1"), ("left", "J2")), START))
 
 
@@ -52,7 +54,7 @@ class Client:
                 self._take(message)
             try:
                 call = new_call(command, echo_for(command, self.state, self.feedback))
-                return self.session.ask("gateway/left_bus", call, 5.0)
+                return self.session.ask("gateway/left_bus", call, DEADLINE_S)
             except NoAnswer:
                 assert time.monotonic() < deadline
 
@@ -63,7 +65,14 @@ def running_gateway(
 ) -> Iterator[tuple[Client, threading.Event, list[int]]]:
     """The gateway's client, what stops it, and its exit codes."""
     endpoint = free_endpoint()
-    settings = replace(settings or gateway_settings(), overrun_limit_s=1.0, tpdo_timeout_s=1.0, heartbeat_timeout_s=1.0)
+    settings = replace(
+        settings or gateway_settings(),
+        overrun_limit_s=PATIENCE_S,
+        tpdo_timeout_s=PATIENCE_S,
+        heartbeat_timeout_s=PATIENCE_S,
+        boot_timeout_s=PATIENCE_S,
+        sdo_timeout_s=PATIENCE_S,
+    )
     stop, codes = threading.Event(), list[int]()
 
     def gateway() -> None:

@@ -18,7 +18,7 @@ def test_every_format_gives_the_frames_back(tmp_path: Path, suffix: str) -> None
     with can.Bus(interface="virtual", channel="recorder_test") as sender, Recorder(BUS, file) as recorder:
         for number in range(3):
             sender.send(can.Message(arbitration_id=0x181, data=bytes([number]), is_extended_id=False))
-        assert recorder.run(0.05, stop) == 3
+        assert recorder.run(0.5, stop) == 3
     with can.LogReader(file) as frames:
         found = [(frame.arbitration_id, bytes(frame.data)) for frame in frames]
     assert found == [(0x181, bytes([number])) for number in range(3)]

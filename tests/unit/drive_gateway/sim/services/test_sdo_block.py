@@ -37,7 +37,7 @@ class Line:
         self.count = 0
         client: Any = SdoClient(0x601, 0x581, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
         client.network = self
-        client.RESPONSE_TIMEOUT = 0.03
+        client.RESPONSE_TIMEOUT = 0.2
         self.client = client
 
     def send_message(self, _can_id: int, data: bytes) -> None:
