@@ -154,6 +154,9 @@ class ManagerCore:
             self._tell(Severity.ALARM, "estop", f"{who} stands under emergency stop {estop_id}", "then `cell reset`")
 
     def _set_estop(self, estop: Estop, now: float) -> None:
+        if self._latch.comes_again(estop):
+            text = f"emergency stop {estop.id} by {estop.by} is NOT set: this id was cleared before, so it may be a copy"
+            self._tell(Severity.ALARM, "estop_over", text, "`cell estop` stops now; the sender must give each stop a new id")
         effects = self._latch.latch(estop, now)
         if effects:
             self._effects += effects

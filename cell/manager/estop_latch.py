@@ -47,6 +47,10 @@ class EstopLatch:
         """Whether this stop is in force, listed or not."""
         return self._estops.holds(estop_id)
 
+    def comes_again(self, estop: Estop) -> bool:
+        """Whether this stop is asked for under an id that was cleared, and not as a copy that was under way then."""
+        return estop.active and self._estops.was_cleared(estop.id) and estop.id not in self._repeat_cleared
+
     def latch(self, estop: Estop, now: float) -> list[Effect]:
         """Bring a stop into force, unless it is already, or was cleared before."""
         if not estop.active:

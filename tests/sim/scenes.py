@@ -13,6 +13,7 @@ from pathlib import Path
 
 from cell.geometry import capsule_distance
 from cell.messages import Command, Continue, Enable, Estop, Halt, Mode, ProgramState, Run, ZoneState, ZoneStatus
+from drive_gateway.gateway.bus.bus_news import SecondMaster
 from drive_gateway.sim.axis.servo import Servo
 from robot_agent.workspace import FOLLOWING_M
 from tests.sim.apart_cell import QUIET, apart_cell
@@ -293,6 +294,34 @@ def wanted_while_stopped(folder: Path) -> None:
     scene.done()
 
 
+def two_masters(folder: Path) -> None:
+    """Somebody else sends what only the gateway may: the robot is stopped, and goes on when people have looked."""
+    scene = Scene(apart_cell(folder, {"left": SWINGS, "right": "WAIT 1\n"}))
+    port = scene.world.buses[scene.facts.gateway_of("left")].port
+    assert port is not None
+    scene.until("left swings", lambda: scene.mode("left") is Mode.RUNNING and scene.fastest("left") > _FAST)
+    port.tell(SecondMaster("somebody else sends 201h"))
+    scene.until("left is in a fault", lambda: scene.mode("left") is Mode.FAULT, 1.0)
+    scene.done()
+
+
+def lost_blocks(folder: Path) -> None:
+    """Four blocks are lost, one after another: what the gateway has got before is enough to go on as fast."""
+    scene = Scene(apart_cell(folder, {"left": "MJ J1=80 F=50\nMJ J1=-80 F=50\nHOME F=50\n", "right": "WAIT 1\n"}))
+    clock, gateway = scene.world.clock, scene.facts.gateway_of("left")
+    scene.until("left is on the way back", lambda: scene.line("left") == 2 and scene.fastest("left") > _STEADY)
+    for wait_s in (0.3, 0.305, 0.31, 0.315):
+        clock.run_until(clock.now + wait_s)
+        scene.world.network.cut("robot/left", gateway, 0.08)
+        if clock.run_until(clock.now + 0.2, lambda: scene.fastest("left") < _STEADY):
+            raise Broken("lost blocks do not slow a robot", clock.now - scene.facts.start, "left", "slower")
+    scene.done()
+
+
+_STEADY = 0.95
+"""[rad/s] Half of what its J1 may do is 0.96."""
+
+
 SCENES: dict[str, Callable[[Path], None]] = {
     "a robot is pushed too near": pushed_too_near,
     "drives that sag": drives_that_sag,
@@ -302,6 +331,8 @@ SCENES: dict[str, Callable[[Path], None]] = {
     "processes that stand still": stood_still,
     "drives that brake unheard": stopped_unheard,
     "wanted while it was stopped": wanted_while_stopped,
+    "two masters": two_masters,
+    "lost blocks": lost_blocks,
 }
 
 

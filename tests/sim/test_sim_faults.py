@@ -26,7 +26,7 @@ DARK_S = (0.0, 0.02, 0.1, 0.5, 1.5)
 """A killed gateway is started again after so long."""
 LATEST_S = 0.2
 """TPDOs are late by up to this."""
-IN_TEST, IN_ALL = 102, 200
+IN_TEST, IN_ALL = 68, 200
 
 
 @dataclass(frozen=True)

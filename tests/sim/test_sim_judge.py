@@ -284,6 +284,20 @@ def granted_at_once(_: Recording) -> Change:
     )
 
 
+def pushes_in(run: Recording) -> Change:
+    """Who waits alone is second all of a sudden."""
+    waits = first(run, "published", ManagerState, lambda state: len(state.zones[ZONE].queue) == 1)
+    (early,) = waits.what.zones[ZONE].queue
+    late = OTHER if early == ONE else ONE
+    wants = each("delivered", Presence, of(late, lambda presence: replace(presence, wants={ZONE: 0.0})), "manager")
+    line = each("published", ManagerState, lambda m: zone_is(m.what, queue=(late, early)))
+
+    def both(moments: list[Seen]) -> Iterator[Seen]:
+        return after(waits.at + 1e-3, line)(list(wants(moments)))
+
+    return both
+
+
 def forgotten_by_the_next(run: Recording) -> Change:
     second = first(run, "life", tuple, lambda what: what[0] == "started", 1002.0).at
     free = each("published", ManagerState, lambda m: zone_is(m.what, state=ZoneState.FREE, holder=None, token=None))
@@ -518,6 +532,7 @@ PLANTED: dict[str, Callable[[Recording], Change]] = {
     "a token given up is never taken again": taken_again,
     "a breach is a stop": breach,
     "grants are due": granted_at_once,
+    "first come, first served": pushes_in,
     "who adopts a zone is alone in it": adopted_beside_another,
     "a grant ends by its holder": zone_called_free,
     "grants outlive a manager": forgotten_by_the_next,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cell.messages import Claim, Estop, OutputEvent, SetpointBlock
+from cell.messages import Claim, Estop, OutputEvent, SetpointBlock, SwitchOutput
 from drive_gateway.canopen.sdo import Sdo
 from drive_gateway.config.settings import OutputSettings, RobotDrives
 from drive_gateway.gateway.drives.output_frames import REPEAT_S
@@ -122,6 +122,21 @@ def test_a_fault_switches_off_what_must_not_stay_on_with_the_next_sync_and_holds
     ]
     world.run(1.0)
     assert (world.on(1), world.on(2)) == (0, GRIPPER_BIT)
+
+
+def test_while_a_program_runs_nobody_else_switches_them_also_where_the_robot_stands() -> None:
+    world = OutputBench()
+    owner = world.enabled()
+    for sequence, runs in enumerate((True, False), start=1):
+        there = world.feedback.commanded[None].repeat(50, axis=0)
+        first = world.feedback.tick + 5
+        block = SetpointBlock("left", owner, sequence, sequence - 1, first, CYCLE_S, 30, there, 0 * there, program=runs)
+        world.tell(block)
+        world.run(0.1)
+        reply = world.ask(SwitchOutput("left", "gripper", True, "anna"))
+        assert reply.ok is not runs, reply.text
+        assert ("its program runs" in reply.text) is runs
+        assert world.on(2) == (0 if runs else GRIPPER_BIT)
 
 
 def test_where_blocks_stop_coming_they_go_off_while_the_robot_plays_on_to_its_end() -> None:

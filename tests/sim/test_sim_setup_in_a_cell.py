@@ -139,6 +139,26 @@ def test_while_left_is_set_up_right_is_not_enabled_and_runs_nothing(cell: Cell) 
     assert cell.ask("robot/right", Run()).ok
 
 
+def test_left_is_not_set_up_before_right_has_heard_of_it(cell: Cell) -> None:
+    both_on = list[float]()
+
+    def watch() -> None:
+        if cell.has_torque("left") and cell.has_torque("right"):
+            both_on.append(cell.world.clock.now)
+        cell.world.clock.after(0.02, watch)
+
+    cell.world.network.delay("manager", "robot/right", 0.2, 5.0)
+    cell.run(0.5)
+    watch()
+    cell.held.add("left")
+    cell.world.operate(cell.gateway("left"), move("left"))
+    cell.until(lambda: cell.setup is not None)
+    cell.world.operate("robot/right", Enable())
+    cell.until(lambda: cell.has_torque("right"))
+    cell.run(1.0)
+    assert both_on == []
+
+
 def test_while_right_runs_its_program_left_is_not_set_up_and_right_goes_on(cell: Cell) -> None:
     assert cell.ask("robot/right", Enable()).ok
     assert cell.ask("robot/right", Run()).ok

@@ -365,6 +365,51 @@ class GrantsAreDue(_OfManager):
             self.broken("manager", f"it grants zone {zone} to {holder} under an emergency stop")
 
 
+class FirstComeFirstServed(Invariant):
+    """Who came for one zone alone stands in its line behind those who were there before. No priorities are drawn."""
+
+    name = "first come, first served"
+
+    def __init__(self, facts: Facts) -> None:
+        super().__init__(facts)
+        self._came: dict[tuple[str, str], int] = {}
+        """By zone and robot: the state of the manager that showed it in the line first."""
+        self._left: set[tuple[str, str]] = set()
+        """Those who said meanwhile that they do not want it."""
+
+    @property
+    def delivered(self) -> Handlers:
+        return {Presence: self._presence}
+
+    @property
+    def published(self) -> Handlers:
+        return {ManagerState: self._state}
+
+    def lived(self, name: str, _: str) -> None:
+        if name == "manager":
+            self._came.clear()
+
+    def _presence(self, name: str, presence: Presence) -> None:
+        if name == "manager":
+            self._left |= {(zone, presence.robot) for zone in self.facts.boxes if zone not in presence.wants}
+
+    def _state(self, _: str, state: ManagerState) -> None:
+        line = {(zone, robot) for zone, status in state.zones.items() for robot in status.queue}
+        kept = {place: came for place, came in self._came.items() if place in line - self._left}
+        self._came = dict.fromkeys(line, state.sequence) | kept
+        self._left.clear()
+        for zone, status in state.zones.items():
+            for behind, robot in enumerate(status.queue[1:], 1):
+                before = [other for other in status.queue[:behind] if self._alone(other)]
+                early = [other for other in before if self._came[zone, other] > self._came[zone, robot]]
+                if early and (zone, robot) in kept:
+                    self.broken("manager", f"{early[0]} came after {robot} for zone {zone} and stands before it")
+
+    def _alone(self, robot: str) -> bool:
+        presence = self.facts.told["manager"].presences.get(robot)
+        return presence is not None and len(presence.wants) == 1
+
+
 class AdoptsAlone(Invariant):
     """An operator's adoption is carried out only where no other robot says that it is inside."""
 

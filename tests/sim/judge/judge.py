@@ -25,6 +25,7 @@ ALL: tuple[type[Invariant], ...] = (
     grants.GivenUpStaysGivenUp,
     grants.BreachStops,
     grants.GrantsAreDue,
+    grants.FirstComeFirstServed,
     grants.AdoptsAlone,
     grants.HolderLetsGo,
     grants.ClaimsAreHonoured,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import can
 import pytest
 
-from cell.messages import MoveAxes, PlayoutState
+from cell.messages import MoveAxes, PlayoutState, Severity
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
 from drive_gateway.gateway.bus import steady_bus
@@ -182,6 +182,7 @@ STATES = {
     "fault": _fault,
     "braking": _braking,
 }
+_PLAYING = ("enabled at rest", "moving")
 
 
 @pytest.mark.parametrize("trouble", TROUBLES)
@@ -205,6 +206,8 @@ def test_it_is_told_with_its_reason_and_the_robot_stops_and_comes_back(
     if "failed" in reason:
         assert world.codes()[told:].count("bus_failed") == 1
         assert reason in world.state.problem
+        if state in _PLAYING:
+            assert any(event.severity is Severity.ALARM for event in said), "it is the fault, and no later one"
     world.trouble = None
     world.until(lambda: world.state is not None and world.state.ready)
     world.run(0.5)

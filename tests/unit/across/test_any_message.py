@@ -198,7 +198,7 @@ class Process:
 
 SEARCH = (Phase.explicit, Phase.reuse, Phase.generate)
 """A world is too slow for a shrinker."""
-QUICK = settings(deadline=None, max_examples=18, suppress_health_check=list(HealthCheck), phases=SEARCH)
+QUICK = settings(deadline=None, max_examples=9, suppress_health_check=list(HealthCheck), phases=SEARCH)
 
 
 @QUICK

@@ -329,7 +329,7 @@ class MeetingNetwork(RuleBasedStateMachine):
 
 TestMeetingNetwork = MeetingNetwork.TestCase
 TestMeetingNetwork.settings = settings(
-    max_examples=12, stateful_step_count=20, deadline=None, phases=[Phase.explicit, Phase.generate]
+    max_examples=6, stateful_step_count=20, deadline=None, phases=[Phase.explicit, Phase.generate]
 )
 
 

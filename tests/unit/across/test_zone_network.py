@@ -75,11 +75,11 @@ class NetworkMachine(RuleBasedStateMachine):
         self.net.check_safe()
 
 
-NetworkMachine.TestCase.settings = settings(max_examples=8, stateful_step_count=30, deadline=None)
+NetworkMachine.TestCase.settings = settings(max_examples=5, stateful_step_count=30, deadline=None)
 TestNetwork = NetworkMachine.TestCase
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_long_histories_are_safe_and_end_with_everybody_heard(seed: int) -> None:
     assert random_walk(seed, 700).entered > 2
 

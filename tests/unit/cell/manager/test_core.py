@@ -480,6 +480,22 @@ def test_a_reset_clears_the_stops_that_it_names_and_no_others(world: World) -> N
     assert (world.state.estops, world.left.estop) == ((), None)
 
 
+def test_a_stop_under_an_id_that_was_cleared_is_told_and_a_late_copy_is_not(world: World) -> None:
+    stop = Estop("e1", True, "the red button", "pressed")
+    world.manager.receive(stop, world.now)
+    world.run(0.5)
+    assert world.call(ResetEstop("me", ("e1",))).ok
+    world.manager.receive(stop, world.now)
+    world.run(5.0)
+    assert "estop_over" not in {event.code for event in world.events}
+    world.manager.receive(stop, world.now)
+    world.manager.receive(stop, world.now)
+    world.run(0.5)
+    (alarm,) = (event for event in world.events if event.code == "estop_over")
+    assert "stop e1 by the red button is NOT set" in alarm.text
+    assert world.state.estops == ()
+
+
 def test_a_reset_that_names_no_stop_in_force_clears_nothing(world: World) -> None:
     world.manager.receive(Estop("e1", True, "anna", "trial"), world.now)
     world.run()
