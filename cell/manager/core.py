@@ -155,8 +155,9 @@ class ManagerCore:
 
     def _set_estop(self, estop: Estop, now: float) -> None:
         if self._latch.comes_again(estop):
-            text = f"emergency stop {estop.id} by {estop.by} is NOT set: this id was cleared before, so it may be a copy"
-            self._tell(Severity.ALARM, "estop_over", text, "`cell estop` stops now; the sender must give each stop a new id")
+            text = f"emergency stop {estop.id} by {estop.by} is NOT set: its id was cleared before, it may be a copy"
+            remedy = "`cell estop` stops the cell; who sent this must give each stop a new id"
+            self._tell(Severity.ALARM, "estop_over", text, remedy)
         effects = self._latch.latch(estop, now)
         if effects:
             self._effects += effects

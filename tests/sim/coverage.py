@@ -169,6 +169,7 @@ ELSEWHERE = {
     "correction": "sim/test_sim_corrections.py",
     "drive_warning": "sim/test_sim_warnings.py",
     "drive_warning_over": "sim/test_sim_warnings.py",
+    "estop_over": "unit/cell/manager/test_core.py",
     "frame_moved": "unit/cell/manager/test_frames.py",
     "io_warning": "sim/test_sim_io_nodes.py",
     "late_for_meeting": "unit/robot_agent/agent/program/test_meetings.py",
