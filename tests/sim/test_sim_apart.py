@@ -121,6 +121,7 @@ def test_who_follows_another_one_goes_on_at_its_pace(tmp_path: Path) -> None:
     assert np.abs(followed - followed.mean()).max() < 0.05
 
 
+@pytest.mark.soak
 def test_with_lost_and_late_messages_programs_come_to_their_end(tmp_path: Path) -> None:
     cell = Apart(apart_cell(tmp_path, PROGRAMS), weather=Weather(loss=0.05))
     cell.run(40.0)
@@ -208,11 +209,9 @@ def _all_complete(seeds: range, folder: Path, arms: int = 2) -> None:
         assert cell.forced == [], seed
 
 
-def test_random_programs_that_can_be_done_one_after_another_are_done_together(tmp_path: Path) -> None:
-    _all_complete(range(1, 2), tmp_path)
-
-
 @pytest.mark.soak
 @pytest.mark.parametrize(("arms", "count"), [(2, 200), (3, 60), (4, 30)])
-def test_many_of_them(tmp_path: Path, arms: int, count: int) -> None:
+def test_random_programs_that_can_be_done_one_after_another_are_done_together(
+    tmp_path: Path, arms: int, count: int
+) -> None:
     _all_complete(range(2, 2 + count), tmp_path, arms)

@@ -17,6 +17,7 @@ def agents_ignore_grants(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ZoneClaims, "permitted", lambda *_: True)
 
 
+@pytest.mark.soak
 @pytest.mark.usefixtures("agents_ignore_grants")
 def test_two_bodies_in_the_zone_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ManagerCore, "_intruded", lambda *_: None)
@@ -24,6 +25,7 @@ def test_two_bodies_in_the_zone_are_noticed(monkeypatch: pytest.MonkeyPatch) -> 
         run_scenario(1, CALM, longest_s=10.0)
 
 
+@pytest.mark.soak
 @pytest.mark.usefixtures("agents_ignore_grants")
 def test_the_manager_stops_agents_that_ignore_grants_before_their_bodies_meet() -> None:
     outcome = run_scenario(1, CALM, longest_s=6.0)

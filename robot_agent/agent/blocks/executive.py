@@ -165,13 +165,13 @@ class Executive:
         if not feedback.referenced:
             return None
         earliest = max(feedback.tick - int(_MEASURED_LAG_S / self.cycle_s), self._left_tick)
-        ticks = range(min(earliest, feedback.tick), feedback.tick + 1)
-        commanded = np.array([block.segment.q[i] for block, i in map(self.timeline.at, ticks)])
+        first_tick = min(earliest, feedback.tick)
+        commanded = self.timeline.commanded(first_tick, feedback.tick)
         if (commanded == commanded[0]).all():  # it stands, as it does most of the time
             commanded = commanded[:1]
         joints = np.vstack([commanded, feedback.position])
         if self._rested is not None and np.array_equal(joints, self._rested[0]):
-            return ticks[0], self._rested[1]
+            return first_tick, self._rested[1]
         try:
             points = self._planner.model.body_and_tcp(joints)
         except OpenMechanism:
@@ -188,4 +188,4 @@ class Executive:
         near = int(np.argmax(distances <= max(least, FOLLOWING_M)))
         departs = np.flatnonzero(distances[near + 1 :] > distances[near:-1])
         coming = distances[near : near + int(departs[0]) + 1] if len(departs) else distances[near:]
-        return ticks[near + int(np.argmin(coming))], least
+        return first_tick + near + int(np.argmin(coming)), least

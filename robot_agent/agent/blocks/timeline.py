@@ -6,6 +6,9 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cell.messages import DriveFeedback
 from robot_agent.agent.blocks.motion_source import SentBlock
 from robot_agent.agent.planning.passed import Span
@@ -90,6 +93,19 @@ class Timeline:
                 return block, block.index(tick)
         return self._accepted[0], 0
 
+    def commanded(self, first_tick: int, last_tick: int) -> NDArray[np.float64]:
+        """The joints that are commanded at the ticks from the first to the last one: `(m, n)` [rad or m]."""
+        parts, until = list[NDArray[np.float64]](), last_tick
+        for block in reversed(self._accepted):
+            begin = first_tick if block is self._accepted[0] else max(first_tick, block.first_tick)
+            if begin <= until:
+                samples = np.arange(begin - block.first_tick, until - block.first_tick + 1)
+                parts.append(block.segment.q[samples.clip(0, block.segment.length - 1)])
+                until = begin - 1
+            if until < first_tick:
+                break
+        return np.concatenate(parts[::-1])
+
     def certain(self, tick: int) -> Planned | None:
         """The motion that the robot is on at a tick, if it stays on it whatever becomes of the blocks sent."""
         path = self.at(tick)[0].path
@@ -112,6 +128,8 @@ class Timeline:
         newest = self.newest
         if newest.segment.rest_index > 0 and newest.rest_tick > from_tick:
             return False
+        if candidate is None and not self._open and newest.first_tick <= from_tick:
+            return True
         return all(span.stands for span in self.spans(from_tick, candidate))
 
 

@@ -1,5 +1,6 @@
 """What the agent remembers of the blocks that were played."""
 
+import random
 from dataclasses import replace
 
 import numpy as np
@@ -52,3 +53,24 @@ def test_a_robot_stands_whose_blocks_reach_the_same_hold_up_to_rounding() -> Non
         timeline.observe(replace(feedback, tick=number, block=number - 1))
     assert timeline.stands(9)
     assert not timeline.stands(9, SentBlock(10, 12, source, planned, supply.governor(planned.motion).rest(0.401)))
+
+
+def test_what_was_commanded_over_many_ticks_is_what_each_of_them_had() -> None:
+    """Blocks of many lengths, of which some are skipped at once and some play out before the next one begins."""
+    rng, planner = random.Random(1), Planner(PlacedRobot.at(arm()), 0.004)
+    supply, feedback = Supply(planner, nominal_s=0.1), AgentWorld("END")._feedback()
+    planned = planner.plan(PlanRequest(1, (JointStep(1, (0.5, 0.0, 0.0, 0.0, 0.5, 0.0), 0.1),), np.zeros(6), ()))
+    assert isinstance(planned, Planned)
+    source, tick = GovernedPath(supply, planned), 0
+    timeline = Timeline(SentBlock(0, 10, source, planned, supply.governor(planned.motion).rest(0.0)))
+    for number in range(1, 30):
+        tick += rng.choice([0, 1, 5, 60])
+        rows = rng.randint(1, 50)
+        rest = supply.governor(planned.motion).rest(0.01 * number)
+        turned = rest.q[-1] + np.linspace(0.0, rng.random(), rows)[:, None]
+        segment = replace(rest, q=turned, tau=np.repeat(rest.tau[-1:], rows))
+        timeline.sent(SentBlock(number, tick + 10, source, planned, segment))
+        timeline.observe(replace(feedback, tick=tick, block=number))
+        for first, last in ((tick - 80, tick), (tick - 3, tick - 3), (tick, tick + 90), (tick + 5, tick + 20)):
+            each = [block.segment.q[index] for block, index in map(timeline.at, range(first, last + 1))]
+            np.testing.assert_array_equal(timeline.commanded(first, last), each)
