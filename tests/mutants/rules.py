@@ -314,6 +314,7 @@ RULES = (
                 "        elif False:",
             ),
         ),
+        bench=Bench.SCENE,
     ),
     Mutant(
         "gateway-ignores-estop",

@@ -21,6 +21,7 @@ from tests.sim.cells import MODELS
 from tests.sim.checker import search
 from tests.sim.faults import Pushed
 from tests.sim.item import Stage
+from tests.sim.jog_key import hold_key
 from tests.sim.judge import ALL, Broken, Judge
 from tests.sim.judge.bodies import BodyIsPublished
 from tests.sim.staff import Staff
@@ -318,6 +319,23 @@ def lost_blocks(folder: Path) -> None:
     scene.done()
 
 
+def vanished_operator(folder: Path) -> None:
+    """Somebody who holds a jog key vanishes: the robot stands soon."""
+    scene = Scene(apart_cell(folder, {"left": BESIDE.format(turn=0, y=0) + "WAIT 1\n", "right": "WAIT 1\n"}))
+    clock = scene.world.clock
+    scene.world.operator("anna")
+    scene.until("left waits", lambda: scene.line("left") == 3)
+    scene.staff.leave_alone("left", 5.0)
+    scene.order("left", Halt(), Mode.HALTED)
+    hold_key(scene.world, "anna", "left", "Z", 0.05, 0.5, lets_go=False)
+    scene.until("left is jogged", lambda: scene.mode("left") is Mode.JOGGING and scene.fastest("left") > _CRAWLS)
+    clock.run_until(clock.now + 0.5)
+    scene.until("left stands when nobody holds the key", lambda: scene.mode("left") is not Mode.JOGGING, 1.0)
+    scene.done()
+
+
+_CRAWLS = 0.005
+"""[rad/s]"""
 _STEADY = 0.95
 """[rad/s] Half of what its J1 may do is 0.96."""
 
@@ -333,6 +351,7 @@ SCENES: dict[str, Callable[[Path], None]] = {
     "wanted while it was stopped": wanted_while_stopped,
     "two masters": two_masters,
     "lost blocks": lost_blocks,
+    "a vanished operator": vanished_operator,
 }
 
 
