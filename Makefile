@@ -17,8 +17,8 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Tests start hundreds of processes; where bytecode is not kept, each compiles all modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-# Two more than there are cores: some tests wait for answers and need no processor meanwhile.
-WORKERS := $(shell expr `getconf _NPROCESSORS_ONLN` + 2)
+# One more than there are cores: some tests wait for answers and need no processor meanwhile.
+WORKERS := $(shell expr `getconf _NPROCESSORS_ONLN` + 1)
 CELLS_LOG := $(VENV)/test-cells.log
 
 .PHONY: help demo test test-parts test-cells lint soak mutants bench clean

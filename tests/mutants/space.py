@@ -290,6 +290,6 @@ SPACE = (
                 "            if reason := planner.things.in_the_way(path, cover):",
             ),
         ),
-        bench=Bench.ROOM,
+        bench=Bench.SCENE,
     ),
 )

@@ -334,6 +334,23 @@ def vanished_operator(folder: Path) -> None:
     scene.done()
 
 
+def jogged_at_another(folder: Path) -> None:
+    """A jog key is held although another arm is in the way: the jog stands in front of what that may use."""
+    right, left = BESIDE.format(turn=0, y=0), BESIDE.format(turn=20, y=650) + "WAIT 1\n"
+    scene = Scene(apart_cell(folder, {"right": right, "left": left}))
+    scene.world.operator("anna")
+    scene.until("left stands beside right", lambda: scene.line("left") == 3)
+    scene.staff.leave_alone("left", 8.0)
+    scene.order("left", Halt(), Mode.HALTED)
+    hold_key(scene.world, "anna", "left", "Y", -0.2, 4.0, lets_go=True)
+    scene.until("left is jogged", lambda: scene.mode("left") is Mode.JOGGING and scene.fastest("left") > _CRAWLS)
+    scene.until("left stands in front of right", lambda: scene.fastest("left") < _CRAWLS, 3.5)
+    if scene.mode("left") is not Mode.JOGGING:
+        raise Broken(
+            "a jog stands in front of another robot", scene.world.clock.now - scene.facts.start, "left", "over"
+        )
+
+
 _CRAWLS = 0.005
 """[rad/s]"""
 _STEADY = 0.95
@@ -352,6 +369,7 @@ SCENES: dict[str, Callable[[Path], None]] = {
     "two masters": two_masters,
     "lost blocks": lost_blocks,
     "a vanished operator": vanished_operator,
+    "jogged at another one": jogged_at_another,
 }
 
 

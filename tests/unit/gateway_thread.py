@@ -3,7 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -48,15 +48,17 @@ class Client:
             self.state = message
 
     def ask(self, command: Command) -> Reply:
+        """The answer; where the newest state that has come is too old to be answered, the call is given again."""
         deadline = time.monotonic() + DEADLINE_S
         while True:
             for message in self.latest.take_new():
                 self._take(message)
-            try:
-                call = new_call(command, echo_for(command, self.state, self.feedback))
-                return self.session.ask("gateway/left_bus", call, DEADLINE_S)
-            except NoAnswer:
-                assert time.monotonic() < deadline
+            call = new_call(command, echo_for(command, self.state, self.feedback))
+            with suppress(NoAnswer):
+                reply = self.session.ask("gateway/left_bus", call, DEADLINE_S)
+                if "too old to be carried out" not in reply.text:
+                    return reply
+            assert time.monotonic() < deadline
 
 
 @contextmanager
