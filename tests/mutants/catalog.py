@@ -2,7 +2,6 @@
 
 from tests.mutants.body import BODY
 from tests.mutants.conditions import CONDITIONS
-from tests.mutants.deadlines import DEADLINES
 from tests.mutants.drawn import DRAWN
 from tests.mutants.findings import FINDINGS
 from tests.mutants.rules import RULES
@@ -11,7 +10,6 @@ from tests.mutants.space import SPACE
 GROUPS = {
     "findings": FINDINGS,
     "rules": RULES,
-    "deadlines": DEADLINES,
     "space": SPACE,
     "body": BODY,
     "conditions": CONDITIONS,

@@ -128,8 +128,6 @@ class Timeline:
         newest = self.newest
         if newest.segment.rest_index > 0 and newest.rest_tick > from_tick:
             return False
-        if candidate is None and not self._open and newest.first_tick <= from_tick:
-            return True
         return all(span.stands for span in self.spans(from_tick, candidate))
 
 
