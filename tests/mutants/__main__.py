@@ -44,7 +44,8 @@ def search(mutant: Mutant | None, bench: Bench) -> Found:
     with tempfile.TemporaryDirectory(prefix="mutant-") as folder:
         tree, report = Path(folder) / "tree", Path(folder) / "report.json"
         plant(mutant, tree)
-        command = [sys.executable, *bench.command, "--stop-at-first", "--json", str(report)]
+        runs = bench.command(harmless=mutant is not None and bool(mutant.harmless))
+        command = [sys.executable, *runs, "--stop-at-first", "--json", str(report)]
         environment = os.environ | {"PYTHONPATH": str(tree), "OPENBLAS_NUM_THREADS": "1"}
         limited = ["prlimit", f"--cpu={_HANGS_S}", f"--as={_MOST_BYTES}", *command]
         done = subprocess.run(limited, cwd=tree, env=environment, capture_output=True, text=True, check=False)
