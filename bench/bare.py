@@ -19,7 +19,7 @@ import zenoh
 from cell.commands.start import ZENOH_THREADS
 from cell.core import Effect
 from cell.net.options import Link, ZenohOptions, zenoh_config
-from cell.net.runner import run_core
+from cell.net.runner import Priority, run_core
 
 CYCLE_S, STEP_S = 0.004, 0.02
 AXES = 6
@@ -98,7 +98,7 @@ def main(role: str, port: str) -> None:
     plan = roles()[role]
     with zenoh.open(zenoh_config(link, ZenohOptions())) as session:
         core = _Bare(plan, session)
-        run_core(core, period_s=plan.period_s, inbox=list, perform=lambda _: None, stop=stop, realtime=True)
+        run_core(core, period_s=plan.period_s, inbox=list, perform=lambda _: None, stop=stop, priority=Priority.BUS)
         for bus in core.buses:
             bus.shutdown()
 

@@ -10,7 +10,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ from cell.messages import Clearance, Presence
 from cell.net.codec import decode
 from cell.net.keys import Keys
 from cell.net.options import Link, ZenohOptions, zenoh_config
+from cell.net.runner import Priority, scheduling
 from cell.net.session import CellSession
 
 SECONDS = 20.0
@@ -72,7 +73,10 @@ def _echo(cell: Path) -> Iterator[None]:
 
 def _answer_all(settings: CellSettings, runs: threading.Event) -> None:
     prefix = Keys(settings.name).prefix
-    with zenoh.open(zenoh_config(Link("client", connect=(settings.manager_endpoint,)), ZenohOptions())) as session:
+    with ExitStack() as stack:
+        with scheduling(Priority.FEEDING):  # as the manager's
+            config = zenoh_config(Link("client", connect=(settings.manager_endpoint,)), ZenohOptions())
+            session = stack.enter_context(zenoh.open(config))
         publisher = session.declare_publisher(prefix + _ECHO, express=True, priority=zenoh.Priority.REAL_TIME)
 
         def answer(sample: zenoh.Sample) -> None:
@@ -99,7 +103,10 @@ def _waits(cell: Path) -> tuple[list[float], list[float]]:
             heard.append((time.monotonic(), key, data))
 
     link = Link("client", connect=(settings.manager_endpoint,))
-    with CellSession(settings.name, link, "bench", "clearance", "bench") as session:
+    with ExitStack() as stack:
+        # Whoever measures must not wait for a processor.
+        with scheduling(Priority.FEEDING):
+            session = stack.enter_context(CellSession(settings.name, link, "bench", "clearance", "bench"))
         for what in ("robot/*/presence", "robot/*/clearance", _ECHO):
             session.hear(f"{session.keys.prefix}{what}", store)
         time.sleep(SECONDS)

@@ -22,7 +22,7 @@ from bench.timing import Row
 from cell.config.load import load_cell
 from cell.config.settings import CellSettings
 from cell.messages.gateway_state import BusCounters
-from cell.net.runner import scheduling
+from cell.net.runner import Priority, scheduling
 
 CONFIGS = Path(__file__).parents[1] / "cell_configs"
 CORE_SHARE, LATENCY_S = 0.60, 0.5e-3
@@ -62,7 +62,7 @@ def _measure(seconds: float, fifo: bool) -> _Measured:
             stack.enter_context(_process("simulate", settings, gateway, fifo))
         idle = stack.enter_context(IdleLoop(CYCLE_S, fifo))
         # Whoever measures must not wait for a processor, and so its Zenoh threads must not either.
-        with scheduling(realtime=True, feeding=True):
+        with scheduling(Priority.FEEDING):
             owners = [Owner(settings, robot, stack) for robot in settings.robots]
         _drive(owners, 2.0)
         before, used_s = [owner.counters for owner in owners], sum(map(_cpu_s, masters))
@@ -118,7 +118,7 @@ def _spread(times_s: Sequence[float] | NDArray[np.float64]) -> str:
 def _drive(owners: list[Owner], seconds: float) -> None:
     end = time.monotonic() + seconds
     # Whoever measures must not wait for a processor itself.
-    with scheduling(realtime=True):
+    with scheduling(Priority.BUS):
         while time.monotonic() < end:
             for owner in owners:
                 owner.step()

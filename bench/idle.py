@@ -6,7 +6,7 @@ from types import TracebackType
 from typing import Self
 
 from cell.core import Effect
-from cell.net.runner import run_core
+from cell.net.runner import Priority, run_core
 from drive_gateway.gateway.cycle.lateness import Lateness
 
 NO_FIFO = "import os\ndef _no(*_): raise PermissionError\nos.sched_setscheduler = _no\n"
@@ -64,5 +64,12 @@ class IdleLoop:
 def _loop(cycle_s: float, fifo: bool, runs: Event, stop: Event, results: "multiprocessing.Queue[list[float]]") -> None:
     idle = _Idle(cycle_s)
     runs.set()
-    run_core(idle, period_s=cycle_s, inbox=lambda: (), perform=lambda _effect: None, stop=stop, realtime=fifo)
+    run_core(
+        idle,
+        period_s=cycle_s,
+        inbox=lambda: (),
+        perform=lambda _effect: None,
+        stop=stop,
+        priority=Priority.BUS if fifo else None,
+    )
     results.put(idle.each_s)

@@ -4,6 +4,7 @@ import logging
 import os
 import threading
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 from cell.config.settings import CellSettings
@@ -20,7 +21,7 @@ from cell.messages import Call, Event, ListEvents
 from cell.net.errors import NetError
 from cell.net.liveliness import TokenWatch
 from cell.net.options import Link, ZenohOptions
-from cell.net.runner import new_boot, run_core
+from cell.net.runner import Priority, new_boot, run_core, scheduling
 from cell.net.session import CellSession
 
 JOURNAL_FILE = "manager.sqlite3"
@@ -46,10 +47,11 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
     """
     boot = new_boot()
     link = Link("peer", listen=(settings.manager_endpoint,), gossip=True)
-    with (
-        CellSession(settings.name, link, "manager", "manager", boot, options) as session,
-        Journal(state_dir / JOURNAL_FILE) as journal,
-    ):
+    with ExitStack() as stack:
+        # Zenoh's threads start here: on a busy host a robot that asks for room must not wait until they are served.
+        with scheduling(Priority.FEEDING):
+            session = stack.enter_context(CellSession(settings.name, link, "manager", "manager", boot, options))
+        journal = stack.enter_context(Journal(state_dir / JOURNAL_FILE))
         tokens = session.token_watch()
         _be_the_only_one(settings.name, tokens, stop)
         writer = JournalWriter(journal)
@@ -80,7 +82,16 @@ def run_manager(settings: CellSettings, options: ZenohOptions, state_dir: Path, 
                 recorder.tell(effect.message)
 
         with recorder, writer:
-            run_core(core, period_s=PERIOD_S, inbox=inbox, perform=perform, stop=stop, on_late=_late, soon=shell.soon)
+            run_core(
+                core,
+                period_s=PERIOD_S,
+                inbox=inbox,
+                perform=perform,
+                stop=stop,
+                on_late=_late,
+                soon=shell.soon,
+                priority=Priority.MANAGER,
+            )
     return 0
 
 

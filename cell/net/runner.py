@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from enum import IntEnum
 from itertools import islice
 from threading import Event
 
@@ -24,7 +25,17 @@ SLIP = 0.2
 """Of a cycle: where the first effect leaves so much too late after the one before, the schedule slips with it."""
 REST = 2.0
 """A loop whose cycles are asked for rests, after a burst of one period, so many times as long as it works."""
-_LOOP_PRIORITY, _FEEDING_PRIORITY = 50, 60
+
+
+class Priority(IntEnum):
+    """Of SCHED_FIFO (sched(7)): who comes first where several want a processor. All other threads come after these."""
+
+    MANAGER = 40
+    BUS = 50
+    """Loops in time with a bus, and simulated drives, which are computers of their own elsewhere."""
+    FEEDING = 60
+    """Threads that bring a loop its messages. What they do is short, and to wait for the loops of other processes would
+    take a message longer than all the rest of its way."""
 
 
 def new_boot() -> str:
@@ -69,7 +80,7 @@ def run_core(
     ahead: Callable[[], Iterable[object]] | None = None,
     soon: Event | None = None,
     switch_s: float = SWITCH_S,
-    realtime: bool = False,
+    priority: Priority | None = None,
 ) -> None:
     """Step `core` every `period_s` until `stop` is set.
 
@@ -82,10 +93,10 @@ def run_core(
     in the long run the loop works a third of the time at most (`REST`).
     After `switch_s` other threads get the interpreter from the loop: what Zenoh brings comes sooner with less, while
     threads that compute much themselves take turns too often then.
-    `realtime` asks for SCHED_FIFO and does without when the process may not.
+    `priority` asks for SCHED_FIFO and does without when the process may not.
     """
     turns = Turns(core)
-    with _steady_interpreter(switch_s), scheduling(realtime):
+    with _steady_interpreter(switch_s), scheduling(priority):
         schedule = _Schedule(turns.begin(), CLOSEST if soon is None else 0.0)
         while not stop.is_set():
             schedule.begin()
@@ -177,26 +188,24 @@ def _steady_interpreter(switch_s: float) -> Iterator[None]:
 
 
 @contextmanager
-def scheduling(realtime: bool, *, feeding: bool = False) -> Iterator[None]:
-    """SCHED_FIFO for the calling thread where the system has it and allows it.
+def scheduling(priority: Priority | None) -> Iterator[None]:
+    """SCHED_FIFO for the calling thread where the system has it and allows it; None leaves it as it is.
 
-    Threads that it starts have no part in it: what works beside a loop (SDO, files) must not come before others.
-    `feeding`: for threads that bring a loop its messages, and those that they start. They come before every loop: what
-    they do is short, and to wait for the loops of other processes would take a message longer than all the rest of its
-    way.
+    Threads that it starts have no part in it, except those of a `FEEDING` one: what works beside a loop (SDO, files)
+    must not come before others.
     """
     policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
-    if realtime:
+    allowed = priority is not None
+    if priority is not None:
         # A thread may set this flag of sched(7), and not take it back; without a real-time policy it changes nothing.
-        alone = 0 if feeding else os.SCHED_RESET_ON_FORK
+        alone = 0 if priority is Priority.FEEDING else os.SCHED_RESET_ON_FORK
         policy |= alone
         try:
-            priority = _FEEDING_PRIORITY if feeding else _LOOP_PRIORITY
             os.sched_setscheduler(0, os.SCHED_FIFO | alone, os.sched_param(priority))
         except PermissionError:
-            realtime = False
+            allowed = False
     try:
         yield
     finally:
-        if realtime:
+        if allowed:
             os.sched_setscheduler(0, policy, param)

@@ -18,7 +18,7 @@ from cell.net.calls import Calls
 from cell.net.inbox import Inbox
 from cell.net.latest import Latest
 from cell.net.options import Link, ZenohOptions
-from cell.net.runner import SWITCH_S, new_boot, run_core, scheduling
+from cell.net.runner import SWITCH_S, Priority, new_boot, run_core, scheduling
 from cell.net.session import CellSession
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo
@@ -100,7 +100,7 @@ def run_gateway(
             stored={} if store is None else store.records,
         )
         # Zenoh's threads start here: on a busy host a block must not wait for a processor before the cycle sees it.
-        with scheduling(realtime=True, feeding=True):
+        with scheduling(Priority.FEEDING):
             session = stack.enter_context(CellSession(cell, link, "gateway", settings.name, boot, zenoh_options))
         drives, opener = None, None
         if simulation is not None and InnerBus.fits(settings, simulation):
@@ -185,7 +185,7 @@ class GatewayShell:
                 trim=lambda: self._core.trim_s,
                 ahead=self.ahead,
                 switch_s=SWITCH_S if self._simulates else ALONE_SWITCH_S,
-                realtime=True,
+                priority=Priority.BUS,
             )
         return self.exit_code
 

@@ -10,7 +10,7 @@ from typing import Self
 
 import can
 
-from cell.net.runner import scheduling
+from cell.net.runner import Priority, scheduling
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, BusNews, SecondMaster, name_of
@@ -80,7 +80,7 @@ class SimulatedDrives:
     def _run(self, bus: SteadyBus) -> None:
         try:
             # Drives are computers of their own: they must not wait for this one more than their master does.
-            with scheduling(realtime=True):
+            with scheduling(Priority.BUS):
                 self._serve(bus)
         except Exception as error:
             self.problem = f"simulated drives on {self._settings.interface} {self._settings.channel} stopped: {error!r}"

@@ -8,7 +8,7 @@ from typing import Self
 
 import can
 
-from cell.net.runner import scheduling
+from cell.net.runner import Priority, scheduling
 from drive_gateway.canopen.cob_id import ERROR_CONTROL, SDO_TO_NODE, function_code, node_id
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtState, decode_heartbeat
@@ -124,7 +124,7 @@ class BusPort:
 
     def _read(self, bus: SteadyBus) -> None:
         # As urgent as the cycle: a reader that must wait while it holds the interpreter makes the cycle wait too.
-        with scheduling(realtime=True):
+        with scheduling(Priority.BUS):
             while self._wanted.wait() and not self._end.is_set():
                 with self._reading:
                     message = bus.receive(_POLL_S)

@@ -11,7 +11,7 @@ import pytest
 
 from cell.core import Effect, Frozen, Publish
 from cell.net import runner
-from cell.net.runner import AHEAD_S, FREEZE_S, new_boot, run_core, scheduling
+from cell.net.runner import AHEAD_S, FREEZE_S, Priority, new_boot, run_core, scheduling
 from tests.unit.loop_clock import Clock
 
 
@@ -121,7 +121,7 @@ def test_without_anything_new_a_loop_steps_when_a_period_is_over() -> None:
 def test_the_interpreter_is_left_as_it_was() -> None:
     before = sys.getswitchinterval()
     core = Recorder(1)
-    run_core(core, period_s=0.001, inbox=list, perform=lambda _: None, stop=core.stop, realtime=True)
+    run_core(core, period_s=0.001, inbox=list, perform=lambda _: None, stop=core.stop, priority=Priority.BUS)
     assert sys.getswitchinterval() == before
     assert gc.get_freeze_count() == 0
 
@@ -189,7 +189,7 @@ def test_small_delays_do_not_add_up_and_after_a_long_one_the_schedule_slips_as_a
 
 def test_threads_that_a_real_time_loop_starts_are_no_real_time_threads() -> None:
     policies: list[int] = []
-    with scheduling(realtime=True):
+    with scheduling(Priority.BUS):
         if os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK != os.SCHED_FIFO:
             pytest.skip("this process may not have real-time threads")
         worker = Thread(target=lambda: policies.append(os.sched_getscheduler(0)))
@@ -197,6 +197,23 @@ def test_threads_that_a_real_time_loop_starts_are_no_real_time_threads() -> None
         worker.join()
     assert policies == [os.SCHED_OTHER]
     assert os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
+
+
+@pytest.mark.parametrize("priority", [Priority.MANAGER, Priority.BUS])
+def test_a_loop_runs_with_its_priority_and_gives_it_back(priority: Priority) -> None:
+    seen: list[int] = []
+    core = Recorder(1)
+
+    def inbox() -> list[object]:
+        seen.append(os.sched_getparam(0).sched_priority)
+        return []
+
+    run_core(core, period_s=0.001, inbox=inbox, perform=lambda _: None, stop=core.stop, priority=priority)
+    with scheduling(priority):
+        if not os.sched_getparam(0).sched_priority:
+            pytest.skip("this process may not have real-time threads")
+    assert seen == [priority]
+    assert os.sched_getparam(0).sched_priority == 0
 
 
 def test_what_was_late_while_a_loop_had_too_much_to_do_is_not_made_up_for_afterwards(
