@@ -46,6 +46,18 @@ RULES = (
         ),
     ),
     Mutant(
+        "a-wish-does-not-age",
+        "a robot of low priority is overtaken for ever",
+        (
+            Edit(
+                "cell/manager/zone_turns.py",
+                "                    self._places[name, wish.robot].overtaken += 1\n",
+                "                    self._places[name, wish.robot].overtaken += 0\n",
+            ),
+        ),
+        bench=Bench.SCENE,
+    ),
+    Mutant(
         "tokens-repeat",
         "two grants carry the same token",
         (Edit("cell/manager/core.py", "        self._tokens += 1\n", "        self._tokens = 1\n"),),

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from cell.geometry import capsule_distance
-from cell.messages import Command, Continue, Enable, Estop, Halt, Mode, ProgramState, Run, ZoneState, ZoneStatus
+from cell.messages import Command, Continue, Enable, Estop, Halt, Mode, ProgramState, Run, Token, ZoneState, ZoneStatus
 from drive_gateway.gateway.bus.bus_news import SecondMaster
 from drive_gateway.sim.axis.servo import Servo
 from robot_agent.workspace import FOLLOWING_M
@@ -24,6 +24,7 @@ from tests.sim.item import Stage
 from tests.sim.jog_key import hold_key
 from tests.sim.judge import ALL, Broken, Judge
 from tests.sim.judge.bodies import BodyIsPublished
+from tests.sim.judge.grants import FirstComeFirstServed
 from tests.sim.staff import Staff
 from tests.sim.two_zones import PAUSE, two_zones
 from tests.sim.world import World, load_bundle
@@ -171,17 +172,19 @@ def _delay(servo: Servo, cycles: int) -> None:
     servo.interpolate = delayed  # type: ignore[method-assign]
 
 
-def _deltas(folder: Path, programs: dict[str, str]) -> Path:
+def _deltas(folder: Path, programs: dict[str, str], zones: str = "", cycle_s: float = 0.004) -> Path:
     """A cell of delta robots, 3 m from each other, whose drives are far behind."""
     gateways, robots = list[str](), list[str]()
     for number, (name, program) in enumerate(programs.items()):
         (folder / f"{name}.prog").write_text(program)
-        (folder / f"{name}.yaml").write_text(DRIVES.replace("NAME", name))
+        (folder / f"{name}.yaml").write_text(
+            DRIVES.replace("NAME", name).replace("cycle_s: 0.004", f"cycle_s: {cycle_s}")
+        )
         gateways.append(f'  {name}: {{endpoint: "tcp/127.0.0.1:{7451 + number}", drives: {name}.yaml}}')
         base = f"{{X: {3000 * number}, Y: 0, Z: 2000, A: 0, B: 0, C: 0}}"
         robots.append(f"  {name}: {{model: {MODELS}/delta.yaml, gateway: {name}, base: {base}, program: {name}.prog}}")
     cell = folder / "cell.yaml"
-    cell.write_text("\n".join([CELL, "gateways:", *gateways, "robots:", *robots, ""]))
+    cell.write_text("\n".join([CELL, "gateways:", *gateways, "robots:", *robots, zones]))
     return cell
 
 
@@ -208,6 +211,36 @@ robots:
       J4: {node: 4, gear: 8, counts_per_turn: 131072, direction: 1, offset: 0, speed: 1320, acceleration: 16500,
            quick_stop: 20000, following_window: 132, following_time_s: 0.1}
 """
+
+
+IN_AND_OUT = "MJ J1=10 J2=10 J3=10 F=50\nLABEL again\nML Z=-750 F=500\nML Z=-600\nWAIT 0.7\nGOTO again 5\n"
+SHARED = """zones:
+  low:
+    box: [9000, 2000, 300]
+    pose: {X: 3000, Y: 0, Z: 1200, A: 0, B: 0, C: 0}
+    of: tcp
+    robots: [often, again, seldom]
+    priority: {often: 2, again: 2}
+"""
+
+
+def overtaken(folder: Path) -> None:
+    """Two robots that go before a third one want a zone in turn, so that one of them always waits for it. The third one
+    is overtaken as often as priorities differ, and by those that came before it."""
+    programs = {"often": IN_AND_OUT, "again": IN_AND_OUT, "seldom": f"WAIT 1\n{IN_AND_OUT}"}
+    only = [each.name for each in ALL if each is not FirstComeFirstServed]
+    scene = Scene(_deltas(folder, programs, SHARED, cycle_s=0.016), only=only)
+    scene.until("seldom waits for a zone", lambda: "seldom" in scene.zone("low").queue)
+    tokens = set[Token | None]()
+
+    def has_it() -> bool:
+        tokens.add(scene.zone("low").token)
+        return scene.zone("low").holder == "seldom"
+
+    scene.until("seldom has it", has_it)
+    if len(tokens) > 5:  # its own, those of the two who were there before it, and two for the two priorities
+        others = f"{len(tokens) - 1} others had it before"
+        raise Broken("nobody is overtaken for ever", scene.world.clock.now - scene.facts.start, "seldom", others)
 
 
 def halted_in_a_zone(folder: Path) -> None:
@@ -370,6 +403,7 @@ SCENES: dict[str, Callable[[Path], None]] = {
     "lost blocks": lost_blocks,
     "a vanished operator": vanished_operator,
     "jogged at another one": jogged_at_another,
+    "overtaken": overtaken,
 }
 
 
