@@ -197,5 +197,6 @@ def _plain(kind: Any) -> Any:
     if typing.get_origin(kind) is Annotated:
         return _plain(typing.get_args(kind)[0])
     if typing.get_origin(kind) in (typing.Union, types.UnionType):
-        return None
+        kinds = [each for each in typing.get_args(kind) if each is not types.NoneType]
+        return _plain(kinds[0]) if len(kinds) == 1 else None
     return kind

@@ -105,7 +105,7 @@ class ManagerCore:
                 self._hear_presence(message, now)
                 self._setup.heard_robot(message, now)
                 self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
-            case PlannedWay() if self._separation is not None:
+            case PlannedWay() if self._separation is not None and message.robot in self._settings.robots:
                 self._separation.planned(message)
             case GatewayState():
                 self._setup.heard_gateway(message)
@@ -133,7 +133,7 @@ class ManagerCore:
 
     def _hear_presence(self, presence: Presence, now: float) -> None:
         left_out = bool(self._presences.strangers_left_out)
-        if self._separation is not None:
+        if self._separation is not None and presence.robot in self._settings.robots:
             for news in self._separation.hear(presence):
                 self._tell_of_space(news, now)
         self._presences.hear(presence, lambda robot: any(robot in zone.suspects for zone in self._zones.values()), now)
@@ -194,7 +194,9 @@ class ManagerCore:
         for deadlock in self._meetings.look(self._presences.fresh_ones(now), refused, self._cell_time(now)):
             self._tell(Severity.WARNING, "meeting_deadlock", deadlock.text, deadlock.remedy)
         kept_out = self._separation.waiting if self._separation is not None else {}
-        for deadlock in self._deadlocks.look(self._zones, sights, kept_out, self._cell_time(now), now):
+        for deadlock in self._deadlocks.look(
+            self._zones, sights, kept_out, self._meetings.waiting, self._cell_time(now), now
+        ):
             self._tell(Severity.WARNING, "zone_deadlock", deadlock.text, deadlock.remedy)
         self._publish_state(sights, refused, now)
         self._publish_geometry(now)

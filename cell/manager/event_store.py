@@ -14,10 +14,13 @@ EVENTS_FILE = "events.sqlite3"
 KEPT = 3000
 """So many events of each severity: what is common pushes no alarm out."""
 LONGEST_TEXT = 1000
-PAGE = 200
+PAGE = 100
+"""The longest events of so many fit into a reply (`Reply.data`)."""
 _MOST_SOURCES = 256
 _LARGEST = 2**63 - 1
 _SEVERITIES = tuple(Severity)
+_CONTROLS = dict.fromkeys([*range(32), 127], " ")
+_COLUMNS = {"number", "at", "severity", "source", "boot", "sequence", "code", "text", "remedy", "data", "lost"}
 _TABLES = """
 CREATE TABLE IF NOT EXISTS events (
     number INTEGER PRIMARY KEY AUTOINCREMENT, at REAL NOT NULL, severity INTEGER NOT NULL, source TEXT NOT NULL,
@@ -42,6 +45,8 @@ class EventStore:
             return
         self._db = sqlite3.connect(path)
         try:
+            if {name for _, name, *_ in self._db.execute("PRAGMA table_info(events)")} not in (set(), _COLUMNS):
+                raise sqlite3.DatabaseError("it has other columns than those of this version")
             self._db.executescript(_TABLES)
         except sqlite3.Error:
             self._db.close()
@@ -114,7 +119,10 @@ class EventStore:
             (*conditions.values(), max(0, min(asked.limit, PAGE))),
         ).fetchall()
         [(newest,)] = self._db.execute("SELECT coalesce(max(number), 0) FROM events")
-        return KeptEvents(tuple(_kept_event(*row) for row in reversed(rows)), newest)
+        try:
+            return KeptEvents(tuple(_kept_event(*row) for row in reversed(rows)), newest)
+        except (ValueError, TypeError, LookupError, OverflowError) as error:
+            raise sqlite3.DatabaseError(f"a row in it is no event ({error})") from error
 
 
 def _kept_event(
@@ -130,9 +138,15 @@ def _kept_event(
     data: str,
     lost: int,
 ) -> KeptEvent:
-    event = Event(source, sequence, _SEVERITIES[severity], code, text, remedy, json.loads(data), boot)
+    words = _printable(code), _printable(text), _printable(remedy)
+    event = Event(source, sequence, _SEVERITIES[severity], *words, json.loads(data), boot)
     when = datetime.fromtimestamp(at, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
     return KeptEvent(number, when, event, lost)
+
+
+def _printable(text: str) -> str:
+    """Without control characters, which take six times their length in a reply."""
+    return text.translate(_CONTROLS)
 
 
 def _short(text: str) -> str:

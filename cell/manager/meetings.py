@@ -9,7 +9,7 @@ still, and takes nobody's old arrival for one of the next time.
 Which robots wait is known by what they say. Nothing is stored, and no order of messages matters.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from cell.manager.circles import LastingCircles, circles_of
 from cell.messages import Arrival, Deadlock, MeetingStatus, Mode, Presence
@@ -56,6 +56,11 @@ class Meetings:
         return self._circles.look(
             circles_of(waiting), cell_time, lambda steps: _deadlock([robot for robot, _ in steps], at, cell_time)
         )
+
+    @property
+    def waiting(self) -> dict[str, tuple[str, Collection[str]]]:
+        """By robot that waits: its meeting, and who is missing there."""
+        return {robot: (each.name, each.status.missing) for each in self._meetings for robot in each.status.there}
 
     @property
     def deadlocks(self) -> tuple[Deadlock, ...]:
@@ -105,6 +110,8 @@ class _Meeting:
         at = said.meets.waits
         if at is None and said.meets.held_up:
             return f"whose program waits: {said.meets.held_up}"
+        if at is None and said.mode is Mode.RUNNING and said.stop_time_s == 0.0:
+            return "which is on its way, and stands: `cell why` says what for"
         if at is None:
             return _DOING[said.mode] if said.mode is not None else "which does not say what it does"
         if at.meeting != self.name:

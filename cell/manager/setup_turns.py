@@ -66,8 +66,9 @@ class SetupTurns:
             gateway.state = state
 
     def heard_robot(self, presence: Presence, now: float) -> None:
-        """A presence came: the robot is not silent, whatever it says."""
-        self._heard_at[presence.robot] = now
+        """A presence of a robot of this cell came: it is not silent, whatever it says."""
+        if presence.robot in self._gateway_of:
+            self._heard_at[presence.robot] = now
 
     def heard(self) -> dict[str, Heard]:
         """The echo for the next manager state."""

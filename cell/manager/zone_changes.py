@@ -21,6 +21,8 @@ from cell.messages import Mode, Presence, SetZone, ZoneState
 
 CONFIRMED_WITHIN_S = 2.0
 """A robot that does not confirm by then keeps the zone as it is."""
+WRITTEN_WITHIN_S = 5.0
+"""So long all robots stay at rest for a disk."""
 _GOES_ON = (Mode.RUNNING, Mode.RETURNING, Mode.JOGGING, Mode.ENABLING)
 
 
@@ -81,16 +83,18 @@ class ZoneChanges:
         self._boot = boot
         self.zones = dict(cell.zones)
         self._change: _Change | None = None
+        self._unwritten: str | None = None
+        """The zone whose change nobody waits for any more, while the disk still has it."""
 
     @property
     def under_way(self) -> str | None:
-        """The zone that is being changed."""
-        return None if self._change is None else self._change.order.zone
+        """The zone that is being changed, or written although nobody waits for that any more."""
+        return self._unwritten if self._change is None else self._change.order.zone
 
     @property
     def announced(self) -> str | None:
         """The zone that is being changed, and for which all robots stay at rest."""
-        return self.under_way if self._change is not None and self._change.announced_in else None
+        return self._change.order.zone if self._change is not None and self._change.announced_in else None
 
     @property
     def space(self) -> ZoneSpace | None:
@@ -102,8 +106,8 @@ class ZoneChanges:
         zone = self.zones.get(order.zone)
         if zone is None:
             return None, f"no zone {order.zone!r}; this cell has {', '.join(sorted(self.zones)) or 'none'}"
-        if self._change is not None:
-            return None, f"zone {self._change.order.zone} is being changed; give the order again in a moment"
+        if self.under_way is not None:
+            return None, f"zone {self.under_way} is being changed; give the order again in a moment"
         if strangers := sorted(order.priority.keys() - set(zone.robots)):
             allowed = f"allowed: {', '.join(zone.robots)}"
             return None, f"a priority of {strangers[0]}, which may not ask for zone {zone.name}; {allowed}"
@@ -125,12 +129,14 @@ class ZoneChanges:
     ) -> WriteZone | Over | None:
         """What comes next. `sights`: the robots as seen from the zone as it will be."""
         change = self._change
-        if change is None or change.writing:
+        if change is None:
             return None
+        if change.writing:
+            return None if now < change.until else self._given_up(change)
         refusal = self.hindrance(fresh, zone, sights)
         unheard = [robot for robot in self._cell.robots if not self._answers(fresh.get(robot), change)]
         if not refusal and not unheard:
-            change.writing = True
+            change.writing, change.until = True, now + WRITTEN_WITHIN_S
             return WriteZone(self._cell.file, change.order, dict(self.zones))
         if now < change.until:
             return None
@@ -158,13 +164,22 @@ class ZoneChanges:
 
     def written(self, outcome: ZonesWritten | ZoneNotWritten) -> Over | None:
         """Take over what the file gives now; None where nobody waits for it."""
-        change = self._change
+        self._unwritten, change = None, self._change
         if change is None:
             return None
         if isinstance(outcome, ZoneNotWritten):
             return self._over(change, outcome.reason)
         self.zones = dict(outcome.zones)
         return self._over(change, "")
+
+    def _given_up(self, change: _Change) -> Over:
+        """The running cell keeps the zone as it was; the file may come to have the other one."""
+        self._unwritten = change.order.zone
+        refusal = (
+            f"{self._cell.file} was not written within {WRITTEN_WITHIN_S:g} s: see to the disk, then look at the file: "
+            "it may have the zone as ordered by then; the same order again brings file and cell together"
+        )
+        return self._over(change, refusal)
 
     def _over(self, change: _Change, refusal: str) -> Over:
         self._change = None

@@ -113,7 +113,7 @@ class AgentCore:
         inputs = {each.name: each.off_while for each in cell.robots[robot].spaces if each.off_while is not None}
         self.zones = ZoneClaims(robot, boot, cell.times.fresh_s, inputs)
         self.space = SharedSpace(robot, boot, kept_apart=cell.separation is not None)
-        self._frames = HeardFrames(cell.robots[robot].things, program.frames)
+        self._frames = HeardFrames(cell.frames, cell.robots[robot].things, program.frames)
         self.clock = CellClock(robot, self.zones.sent, cell.times.clock_error_s)
         self.variables = SharedVariables(robot, boot, cell.variables, self.clock)
         self.run = ProgramRun(program, self.variables)

@@ -31,7 +31,7 @@ HOME F=100
 FORWARD = (0.0, 0.0, 0.0, 1.0)
 ABOUT_RIGHT = Confinement((2.4, 1.6, 3.0), (1.5, 0.0, 1.5), FORWARD)
 """From 300 mm beyond the middle of the cell on: all of the right arm at home."""
-NOT_HEARD = "right not heard yet: start its agent, or say where it stays: `cell stands right` or `cell confine right`"
+NOT_HEARD = "right not heard yet: start its agent, or say where it stays: `cell confine right`"
 
 
 class Cell(Apart):

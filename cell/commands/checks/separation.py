@@ -90,6 +90,7 @@ def _apart(margin_m: float, names: tuple[str, str], robots: tuple[PlacedRobot, P
     bases = [each.pose_world_base[:3, 3] for each in robots]
     reaches = [each.model.reach_m for each in robots]
     from_other = capsule_distance(body, radii, np.array([bases[1]] * 2), np.array(reaches[1]))
+    near_m = margin_m + FOLLOWING_M  # as thick as sections are
     from_one = capsule_distance(other_body, other_radii, np.array([bases[0]] * 2), np.array(reaches[0]))
     return Apart(
         names,
@@ -98,7 +99,7 @@ def _apart(margin_m: float, names: tuple[str, str], robots: tuple[PlacedRobot, P
         (named(part_of(robots[0].model, int(link))), named(part_of(robots[1].model, int(other_link)))),
         float(np.linalg.norm(bases[1] - bases[0])),
         (reaches[0], reaches[1]),
-        (bool((from_other[~moves] <= margin_m).any()), bool((from_one[~others_move] <= margin_m).any())),
+        (bool((from_other[~moves] <= near_m).any()), bool((from_one[~others_move] <= near_m).any())),
     )
 
 

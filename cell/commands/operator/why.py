@@ -23,8 +23,10 @@ _STANDS = {
     Mode.STARTING: "it has not heard its drives yet: cell drives",
     Mode.ENABLING: "its drives are being switched on",
     Mode.JOGGING: "it is being jogged",
+    Mode.ESTOP: "an emergency stop holds it: cell reset",
+    Mode.FAULT: "it is in a fault: cell reset {robot}",
 }
-"""What would let a robot go on that waits for nothing."""
+"""What would let a robot go on that does not wait for another one."""
 
 
 def why(robot: RobotArgument, file: CellFileOption = Path(CELL_FILE), endpoint: ConnectOption = None) -> None:
@@ -74,11 +76,17 @@ def _one(robot: str, seen: Snapshot, clearance: Clearance | None) -> tuple[str, 
     for name, zone in seen.manager.zones.items() if seen.manager is not None else ():
         if reason.startswith(f"zone {name}:"):
             holder = zone.holder if zone.holder is not None and zone.holder != robot else zone.by
-            return f"{robot} waits{_since(zone.since, seen)}: {reason}", holder
+            stood = state.waited_s.get(name)
+            since = "" if stood is None else f", at rest for this zone {stood:.1f} s since its program began"
+            return f"{robot} waits{since}: {reason}", holder
+    for name, meeting in seen.manager.meetings.items() if seen.manager is not None else ():
+        if reason.startswith(f"meeting {name}:"):
+            return f"{robot} waits: {reason}", next(iter(meeting.missing), "")
     if reason and state.program.waits_s is not None and reason == state.waiting_for:
         return f"{robot} waits, for {state.program.waits_s:.1f} s so far: {reason}", ""
     if reason:
-        return f"{robot} ({state.mode.value}): {reason}", ""
+        helps = f"; {_stands(robot, state)}" if state.mode in _STANDS and "cell " not in reason else ""
+        return f"{robot} ({state.mode.value}): {reason}{helps}", ""
     return f"{robot} waits for nothing: {_stands(robot, state)}", ""
 
 

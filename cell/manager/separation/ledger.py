@@ -4,13 +4,16 @@ No rule here depends on a time: a robot keeps what it owns, and what was cleared
 old its newest presence is.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
+from enum import Enum, auto
 from typing import Protocol
 
 import numpy as np
 
 from cell.geometry import Box, capsule_distance
+from cell.geometry.arrays import Array
 from cell.messages import Body, Presence
 from cell.messages.common import Vector
 from cell.messages.sections import Clearance, Refusal, Sections
@@ -20,9 +23,22 @@ MOST_OPEN = 8
 """So many clearances of one robot may be unconfirmed; then the newest one is repeated until it is confirmed."""
 _AT_ONCE = 64
 """So many sections are compared with a body in one go."""
+_SIDE_BY_SIDE_M = 0.02
+"""Sections are a little thicker than the robot in them: another one at its side may be in them."""
 
 TooNear = tuple[int, Refusal] | None
 """The first section that comes too near, and why; None where none does."""
+
+
+class Whereabouts(Enum):
+    """Where a robot says that it is, beside what is reserved for it."""
+
+    RESERVED = auto()
+    """In there; or the presence says nothing of it."""
+    APPEARED = auto()
+    """Nobody could know: it was lost before, or begins with a new claim."""
+    BESIDE = auto()
+    """Where nothing was reserved for it."""
 
 
 class Admission(Protocol):
@@ -129,16 +145,16 @@ class Ledger:
         self.in_setup = ""
         """The robot whose drives may move it by themselves, anywhere within its reach."""
 
-    def hear(self, presence: Presence) -> bool:
+    def hear(self, presence: Presence) -> Whereabouts:
         """Take a presence, unless it is older than the newest one or of an earlier claim. Its age does not count.
 
-        True: the robot is where nothing was reserved for it, which is so from here on.
+        Where the robot is now is reserved for it from here on, whatever was before.
         """
         robot = self._robots.get(presence.robot)
         if robot is None:
-            return False
+            return Whereabouts.RESERVED
         if not robot.newest.accept(presence.boot, presence.owner, presence.sequence):
-            return False
+            return Whereabouts.RESERVED
         self.deposed |= presence.epoch > self._epoch
         robot.named = presence.epoch == self._epoch and presence.heard is not None and presence.heard.boot == self._boot
         way, lost = presence.way, robot.lost
@@ -156,7 +172,7 @@ class Ledger:
         elif robot.named:
             robot.open = {number: cleared for number, cleared in robot.open.items() if number > presence.taken}
         if not presence.body.known:
-            return False
+            return Whereabouts.RESERVED
         robot.owned = way.sections[: way.owned]
         if self._order is not None:
             robot.pieces |= dict(zip(way.sections.ids.tolist(), pieces, strict=False))
@@ -164,8 +180,10 @@ class Ledger:
             robot.pieces = {id: piece for id, piece in robot.pieces.items() if id in kept}
             self._order.hear(presence, robot.pieces)
         if robot.assured:
-            return elsewhere
-        return not (anew or lost or known.issuperset(robot.owned.ids.tolist()))
+            return Whereabouts.BESIDE if elsewhere else Whereabouts.RESERVED
+        if anew or lost:
+            return Whereabouts.APPEARED
+        return Whereabouts.RESERVED if known.issuperset(robot.owned.ids.tolist()) else Whereabouts.BESIDE
 
     @property
     def awaited(self) -> list[str]:
@@ -209,13 +227,28 @@ class Ledger:
         """All that a robot may use."""
         return self._robots[robot].reserved()
 
-    def intruded(self, name: str, body: Body) -> str:
-        """In whose reserved space a robot is measured, by the present pose of its body; empty: in nobody's."""
-        capsules = body.poses[:1, :, None].astype(float), body.radii_m[None, :, None].astype(float)
+    def intruded(self, name: str, body: Body, where: Whereabouts, fixed: Callable[[str], AbstractSet[int]]) -> str:
+        """In whose reserved space a robot is measured, by the present pose of its body; empty: in nobody's.
+
+        Robots that rest side by side when one of them is heard first are too near, and may part: then what the other
+        one is in does not count, but what it may go on into does.
+
+        Args:
+            name: the robot.
+            body: as it is measured.
+            where: by `hear`.
+            fixed: which of a robot's capsules never move: those of two robots may be as near as they are.
+        """
         for other, robot in self._robots.items():
-            for some in _parts(*robot.reserved()) if other != name else ():
-                points, radii = some.points[:, None].astype(float), some.radii[:, None].astype(float)
-                if (capsule_distance(*capsules, points, radii) <= 0.0).any():
+            if other == name:
+                continue
+            both = fixed(name), fixed(other)
+            if where is Whereabouts.APPEARED and robot.rests and robot.body is not None:
+                its = robot.body.poses[:1].astype(float), robot.body.radii_m.astype(float)
+                if _apart_m(body, *its, both) <= _SIDE_BY_SIDE_M:
+                    continue
+            for some in _parts(*robot.reserved()):
+                if _apart_m(body, some.points.astype(float), some.radii.astype(float), both) <= 0.0:
                     return other
         return ""
 
@@ -259,7 +292,7 @@ class Ledger:
             return 0, Refusal("", f"a manager of a higher epoch than {self._epoch} is at work: stop this one")
         if awaited := self.awaited:
             names = ", ".join(awaited)
-            return 0, Refusal(awaited[0], f"{names} not heard yet: start its agent, or say {_where(awaited[0])}")
+            return 0, Refusal(awaited[0], f"{names} not heard yet: start its agent, or say {self._where(awaited[0])}")
         cleared, refusal = len(asked), None
         for other, robot in self._robots.items():
             if other == name:
@@ -277,7 +310,7 @@ class Ledger:
             return self._separation.first_at_box(name, asked, other, robot.box)
         if robot.body is None or robot.assured or not (robot.lost or other == self.in_setup):
             return None
-        why = f"{other} does not know where it is: `cell drives` says how it finds out, or say {_where(other)}"
+        why = f"{other} does not know where it is: `cell drives` says how it finds out, or say {self._where(other)}"
         why = f"{other} is in set-up" if other == self.in_setup else why
         return self._separation.first_in_reach(name, asked, other, robot.body.base, robot.body.reach_m, why)
 
@@ -293,10 +326,10 @@ class Ledger:
         nearer = self._separation.first_nearer(name, asked[first:], other, reserved, self._robots[name].owned)
         return None if nearer is None else (first + nearer[0], nearer[1])
 
-
-def _where(robot: str) -> str:
-    """How an operator says where a robot is that does not tell it."""
-    return f"where it stays: `cell stands {robot}` or `cell confine {robot}`"
+    def _where(self, robot: str) -> str:
+        """How an operator says where a robot is that does not tell it; in its last place only if that is known."""
+        stands = f"`cell stands {robot}` or " if len(self.last_place(robot)) else ""
+        return f"where it stays: {stands}`cell confine {robot}`"
 
 
 def _is_where_said(presence: Presence, robot: _Robot) -> bool:
@@ -314,6 +347,14 @@ def _is_where_said(presence: Presence, robot: _Robot) -> bool:
         away = capsule_distance(*balls, some.points.astype(float), some.radii.astype(float))
         covered |= np.any((away <= 0.0).all(axis=1), axis=(1, 2))
     return bool(covered.all())
+
+
+def _apart_m(body: Body, points: Array, radii: Array, fixed: tuple[AbstractSet[int], AbstractSet[int]]) -> float:
+    """How far a body, as it is now, is from capsules `(s, c, 2, 3)` of another robot; below 0 they touch."""
+    mine = body.poses[:1, :, None].astype(float), body.radii_m[None, :, None].astype(float)
+    distance = capsule_distance(*mine, points[:, None], radii[..., None, :])
+    ours, its = (np.isin(np.arange(count), list(f)) for count, f in zip(distance.shape[1:], fixed, strict=True))
+    return float(np.where(np.logical_and.outer(ours, its), np.inf, distance).min(initial=np.inf))
 
 
 def _parts(*sections: Sections) -> Iterator[Sections]:

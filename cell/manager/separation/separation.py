@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from cell.config.settings import CellSettings
 from cell.manager.records import Assured
 from cell.manager.separation.assurances import Assurances, Ended, Sighting
-from cell.manager.separation.ledger import Ledger
+from cell.manager.separation.ledger import Ledger, Whereabouts
 from cell.manager.separation.nearness import Nearness
 from cell.manager.separation.order import Order
 from cell.manager.separation.standoff import StandoffWatch
@@ -48,9 +48,7 @@ class Separation:
         self.waiting: dict[str, Refusal] = {}
         """Who rests and is cleared nothing, and why."""
         margins = {frozenset(pair.robots): pair.margin_m for pair in settings.separation.pairs}
-        nearness = Nearness(
-            settings.separation.margin_m, margins, lambda robot: self._fixed.get(robot, frozenset()), self._link
-        )
+        nearness = Nearness(settings.separation.margin_m, margins, self._fixed_of, self._link)
         self._order = Order(nearness)
         self._turn = Turn(self._order)
         self._ledger = Ledger(settings.robots, boot, epoch, nearness, self._order)
@@ -68,11 +66,13 @@ class Separation:
         if way.links:
             self._links[robot], self._fixed[robot] = way.links, frozenset(way.fixed)
         self._at_rest[robot] = presence.stop_time_s == 0.0
-        if not self._ledger.hear(presence):
+        where = self._ledger.hear(presence)
+        reserved = where is Whereabouts.RESERVED
+        other = "" if reserved else self._ledger.intruded(robot, presence.body, where, self._fixed_of)
+        if reserved or (where is Whereabouts.APPEARED and not other):
             self._beside.discard(robot)
             self._breaching.discard(robot)
             return
-        other = self._ledger.intruded(robot, presence.body)
         if other and robot not in self._breaching:
             self._breaching.add(robot)
             text = f"{robot} is in space that is cleared for {other}"
@@ -135,6 +135,9 @@ class Separation:
         dated = replace(refusal, since=cell_time if before is None else before[0].since)
         self._refused[robot] = dated, cell_time
         return dated
+
+    def _fixed_of(self, robot: str) -> frozenset[int]:
+        return self._fixed.get(robot, frozenset())
 
     def _link(self, robot: str, capsule: int) -> str:
         links = self._links.get(robot, ())

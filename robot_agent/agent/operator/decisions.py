@@ -526,6 +526,11 @@ class Decisions:
 
     def _led_astray(self, now: float) -> Refused | None:
         """The answer where what the program follows would halt it again at once."""
+        if self._interruption.outdated:
+            return Refused(
+                f"{self._robot} cannot go on: the zones have changed since its motion was planned: "
+                f"`cell run {self._robot}`, or `cell run {self._robot} --from LINE`"
+            )
         why = self._corrections.problem(now)
         if not why:
             return None

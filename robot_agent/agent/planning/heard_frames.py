@@ -1,6 +1,6 @@
 """Where the frames are in which things stand and programs move: from the manager, and from nowhere else."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from cell.config.settings import ThingSettings
 from cell.messages import FramePose, ManagerState
@@ -9,8 +9,9 @@ from cell.messages import FramePose, ManagerState
 class HeardFrames:
     """The newest version of each frame that this robot's plans need."""
 
-    def __init__(self, things: Iterable[ThingSettings], named: Iterable[str] = ()) -> None:
-        """`named` are the frames of the program and of its points."""
+    def __init__(self, frames: Collection[str], things: Iterable[ThingSettings], named: Iterable[str] = ()) -> None:
+        """`frames` are those of the cell, `named` those of the program and of its points."""
+        self._of_cell = frozenset(frames)
         self._of_things = frozenset(thing.in_frame.frame for thing in things if thing.in_frame is not None)
         self._needed = self._of_things.union(named)
         self._heard: dict[str, FramePose] = {}
@@ -20,7 +21,9 @@ class HeardFrames:
         self._needed = self._of_things.union(named)
 
     def heard(self, frame: FramePose) -> bool:
-        """Take a frame, unless it is no newer than the one that is known; whether it is news that is needed."""
+        """Take a frame of the cell, unless it is no newer than what is known; whether it is news that is needed."""
+        if frame.frame not in self._of_cell | self._needed:
+            return False
         known = self._heard.get(frame.frame)
         if known is not None and frame.version <= known.version:
             return False

@@ -19,6 +19,7 @@ from robot_agent.agent.planning.plans import ExtendRequest, PlanFailed, Planned,
 Request = PlanRequest | ExtendRequest
 _GRACE_S = 1.0
 """A plan that nobody wants any more may still take so long: about as long as it takes to start another process."""
+_START_AGAIN_S = 1.0
 _LOOK_S = 0.05
 """How often it is looked whether a plan that is under way is still wanted."""
 
@@ -80,7 +81,11 @@ class PlanWorker:
 
     def _run(self) -> None:
         while not self._closing:
-            here = self._start()
+            try:
+                here = self._start()
+            except OSError as error:
+                self._not_started(error)
+                continue
             with here, contextlib.suppress(EOFError, OSError):
                 self._serve(here)
             self._ended()
@@ -97,6 +102,19 @@ class PlanWorker:
             if self._closing:
                 process.kill()
         return here
+
+    def _not_started(self, error: OSError) -> None:
+        """The computer has no process to give: what was submitted fails; it is tried again after a moment."""
+        with self._changed:
+            self._changed.wait_for(lambda: bool(self._waiting) or self._closing, _START_AGAIN_S)
+            failed, self._waiting = self._waiting, deque()
+        logging.getLogger(__name__).error("the planning process could not be started: %s", error)
+        for request in failed:
+            text = (
+                f"line {request.line}: the planning process could not be started ({error}): free memory or end "
+                "processes on this computer, then run the program again"
+            )
+            self._results.put(PlanFailed(request.id, request.line, text))
 
     def _serve(self, here: Connection) -> None:
         """Have one request after the other planned, until the process dies, is killed, or this side closes."""

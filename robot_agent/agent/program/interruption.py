@@ -67,11 +67,16 @@ class Interruption:
             self._run.fail(f"{self._cause}; it cannot go on, {why}")
         return why != ""
 
+    @property
+    def outdated(self) -> bool:
+        """The motion that the robot is on was planned by zones that have changed since."""
+        return self._stretch is not None and self._zones.changed_since(self._stretch.planned)
+
     def _lost(self, feedback: DriveFeedback) -> str:
         """Why the place is not known any more, for people; empty when it is."""
         if not feedback.referenced:
             return "because axes have lost their reference"
-        if self._stretch is None or self._zones.changed_since(self._stretch.planned):
+        if self._stretch is None or self.outdated:
             return "because the zones have changed since its motion was planned"
         return ""
 

@@ -45,7 +45,7 @@ class SharedVariables:
 
     def heard(self, news: CellVariables) -> None:
         """Take what the manager passes on of other robots, unless something newer is known."""
-        for told in news.robots.values():
+        for told in (each for each in news.robots.values() if each.robot in self._owners.values()):
             if self._newest.setdefault(told.robot, NewestOf()).accept(told.boot, told.era, told.sequence):
                 self._others[told.robot] = told
 

@@ -1,5 +1,6 @@
 """The manager in a small world on virtual time."""
 
+import gc
 from dataclasses import replace
 
 import pytest
@@ -13,6 +14,7 @@ from cell.messages import (
     Estop,
     Halt,
     Heard,
+    PlannedWay,
     ResetEstop,
     SetEstop,
     Token,
@@ -404,6 +406,25 @@ def test_a_robot_that_is_not_configured_gets_no_grants_but_counts_as_a_body() ->
     world.run()
     assert world.state.refused == {"stranger": "not configured; this cell has left, right"}
     assert world.zone.state is ZoneState.ORPHANED
+
+
+def test_what_comes_under_names_that_nobody_knows_takes_no_memory() -> None:
+    world = World()
+    presence = world.left.presence()
+    way = PlannedWay("left", "boot", 1, 1, more=False)
+
+    def send(names: range) -> None:
+        for number in names:
+            world.manager.receive(replace(presence, robot=f"stranger-{number}"), world.now)
+            world.manager.receive(replace(way, robot=f"stranger-{number}"), world.now)
+        world.run(0.1)
+
+    send(range(300))
+    gc.collect()
+    before = len(gc.get_objects())
+    send(range(300, 1300))
+    gc.collect()
+    assert len(gc.get_objects()) - before < 500
 
 
 def test_an_own_freeze_makes_every_presence_old(held: World) -> None:

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from cell.manager.deadlock import DeadlockWatch
 from cell.manager.zones import Sight, Zone
 from cell.messages import Deadlock, Event, Presence, Refusal, Token, ZoneState
@@ -108,8 +110,8 @@ def test_who_holds_a_zone_and_is_kept_out_of_the_room_of_one_that_needs_it_is_to
     waits = Sight("b-1", True, True, False, False, None, True, 1, "", needed_in_s=0.0)
     kept_out = {"a": Refusal("b", "a would come within 20 mm of where b may be")}
     watch = DeadlockWatch()
-    assert watch.look({"z1": zone}, {"z1": {"b": waits}}, kept_out, 0.0, 0.0) == []
-    [deadlock] = watch.look({"z1": zone}, {"z1": {"b": waits}}, kept_out, 1.0, 1.0)
+    assert watch.look({"z1": zone}, {"z1": {"b": waits}}, kept_out, {}, 0.0, 0.0) == []
+    [deadlock] = watch.look({"z1": zone}, {"z1": {"b": waits}}, kept_out, {}, 1.0, 1.0)
     assert (deadlock.robots, deadlock.zones) == (("a", "b"), ("z1",))
     assert deadlock.text == "a would come within 20 mm of where b may be; b waits for zone z1 held by a"
     assert "`cell override a -100` until it is out of z1, then `cell halt a`" in deadlock.remedy
@@ -120,4 +122,29 @@ def test_robots_that_want_nothing_but_room_are_left_to_the_watch_of_stand_offs()
     kept_out = {"a": Refusal("b", "a is in the way"), "b": Refusal("a", "b is in the way")}
     watch = DeadlockWatch()
     for now in (0.0, 1.0, 2.0):
-        assert watch.look({}, {}, kept_out, now, now) == []
+        assert watch.look({}, {}, kept_out, {}, now, now) == []
+
+
+@pytest.mark.parametrize("by", ["room", "zone"])
+def test_who_waits_at_a_meet_in_the_way_of_one_that_is_waited_for_is_told_the_way_back(by: str) -> None:
+    zone = Zone("z1", ("a", "b"), ("a", "b"), 1)
+    zone.state, zone.holder, zone.queue = ZoneState.OCCUPIED, "a", ["b"]
+    sights = {"b": Sight("b-1", True, True, False, False, None, True, 1, "", needed_in_s=0.0)}
+    zones, kept_out = {"z1": zone}, {}
+    if by == "room":
+        zones, kept_out = {}, {"b": Refusal("a", "b would be in the way of a, which must get through first")}
+    watch, at_meetings = DeadlockWatch(), {"a": ("load", ("b",))}
+    assert watch.look(zones, {"z1": sights}, kept_out, at_meetings, 0.0, 0.0) == []
+    [deadlock] = watch.look(zones, {"z1": sights}, kept_out, at_meetings, 1.0, 1.0)
+    assert set(deadlock.robots) == {"a", "b"}
+    assert "a waits at meeting load for b" in deadlock.text
+    assert deadlock.remedy.startswith("let a back from its MEET: `cell override a -100` until b has got through, then")
+    for now in (2.0, 3.0, 4.0):
+        assert watch.look(zones, {"z1": sights}, kept_out, {}, now, now) == []
+    assert watch.present == ()
+
+
+def test_robots_that_wait_at_meets_alone_are_left_to_those() -> None:
+    watch, at_meetings = DeadlockWatch(), {"a": ("load", ("b",)), "b": ("unload", ("a",))}
+    for now in (0.0, 1.0, 2.0):
+        assert watch.look({}, {}, {}, at_meetings, now, now) == []

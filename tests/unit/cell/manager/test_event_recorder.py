@@ -1,5 +1,6 @@
 """The thread that stores events: it answers, and no disk stops more than it."""
 
+import sqlite3
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -137,6 +138,34 @@ def test_a_file_that_is_no_store_is_moved_aside_and_told(path: Path) -> None:
         manager.until(lambda: "events_not_kept" in manager.kept())
     assert path.with_name("events.sqlite3.broken").read_bytes() == b"no database" * 100
     assert "not a database" in next(event.text for event in manager.events if event.code == "events_not_kept")
+
+
+@pytest.mark.parametrize("damage", ["UPDATE events SET data = '{'", "UPDATE events SET at = 1e300"])
+def test_a_row_that_is_no_event_is_told_and_events_are_kept_from_then_on(path: Path, damage: str) -> None:
+    manager = Manager(path)
+    with manager.recorder:
+        manager.recorder.tell(happened("before"))
+        manager.until(lambda: "before" in manager.kept())
+        with sqlite3.connect(path) as other:
+            other.execute(damage)
+        other.close()
+        assert not manager.listed().ok
+        manager.until(lambda: "events_not_kept" in manager.kept())
+        manager.recorder.tell(happened("after"))
+        manager.until(lambda: "after" in manager.kept())
+    assert path.with_name("events.sqlite3.broken").exists()
+
+
+def test_a_store_of_another_version_is_moved_aside(path: Path) -> None:
+    with sqlite3.connect(path) as other:
+        other.execute("CREATE TABLE events (number INTEGER PRIMARY KEY, text TEXT)")
+    other.close()
+    manager = Manager(path)
+    with manager.recorder:
+        manager.until(lambda: "events_not_kept" in manager.kept())
+    told = next(event for event in manager.events if event.code == "events_not_kept")
+    assert "columns" in told.text
+    assert str(path.with_name("events.sqlite3.broken")) in told.remedy
 
 
 def test_what_was_told_last_is_stored_before_the_manager_ends(path: Path) -> None:

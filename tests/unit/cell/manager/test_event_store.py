@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given
 from hypothesis import settings as hypothesis_settings
 
 from cell.manager.event_store import LONGEST_TEXT, PAGE, EventStore
-from cell.messages import Event, KeptEvents, ListEvents, Severity
+from cell.messages import Event, KeptEvents, ListEvents, Reply, Severity
 from cell.net.codec import decode, encode
 from tests.unit.message_kinds import messages
 
@@ -116,6 +116,20 @@ def test_a_page_has_an_end(path: Path) -> None:
     assert len(read(path, ListEvents(limit=10**9)).events) == PAGE
 
 
+@pytest.mark.parametrize("letter", ["\x01", '"', "\\", "\n", "ä", "\U0001f916"])
+def test_the_longest_page_fits_into_a_reply(path: Path, letter: str) -> None:
+    long = letter * 2 * LONGEST_TEXT
+    with EventStore(path) as one:
+        said = [
+            Event("robot/left", n, Severity.INFO, 128 * letter, long, long, {"y": letter * 900}) for n in range(PAGE)
+        ]
+        one.add([(each, NOON) for each in said])
+    page = read(path, ListEvents(limit=PAGE))
+    assert len(page.events) == PAGE
+    reply = Reply("id", True, "", data=encode(page).decode())
+    assert decode(KeptEvents, decode(Reply, encode(reply)).data.encode()) == page
+
+
 def test_a_text_of_any_length_does_not_fill_the_disk(path: Path) -> None:
     store(path, Event("robot/left", 1, Severity.INFO, "code", "x" * 10**6, data={"y": "z" * 10**6}))
     [kept] = read(path).events
@@ -129,5 +143,5 @@ def test_whatever_fits_the_schema_of_an_event_is_stored_and_told(tmp_path: Path,
     path = tmp_path / "any.sqlite3"
     store(path, decode(Event, encode(said)))
     kept = read(path, ListEvents(limit=1))
-    assert kept.events[-1].event.text == said.text
+    assert kept.events[-1].event.text == "".join(" " if c < " " or c == "\x7f" else c for c in said.text)
     assert decode(KeptEvents, encode(kept)) == kept

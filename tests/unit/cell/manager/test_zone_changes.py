@@ -7,7 +7,7 @@ import pytest
 from cell.config.settings import PoseSettings, ZoneSettings
 from cell.geometry import SpaceOf
 from cell.manager.records import ZoneDecided
-from cell.manager.zone_changes import CONFIRMED_WITHIN_S, WriteZone, ZoneNotWritten, ZonesWritten
+from cell.manager.zone_changes import CONFIRMED_WITHIN_S, WRITTEN_WITHIN_S, WriteZone, ZoneNotWritten, ZonesWritten
 from cell.messages import Mode, Place, Presence, SetZone, ZoneState
 from tests.unit.manager_world import INSIDE, OUTSIDE, Robot, World
 
@@ -160,6 +160,25 @@ def test_a_file_that_cannot_be_written_leaves_all_as_it_was(world: World) -> Non
     assert (world.replies[request].ok, world.replies[request].text) == (False, "zone middle stays as it was: disk full")
     assert (world.state.zone_change, world.zone.version) == (None, before)
     assert world.geometry[-1].position_m == (0.0, 0.0, 0.0)
+
+
+def test_a_disk_that_hangs_lets_robots_go_on_after_a_while(world: World) -> None:
+    before, request = world.zone.version, world.ask(MOVE)
+    world.run(WRITTEN_WITHIN_S - 0.5)
+    assert (world.state.zone_change, request in world.replies) == ("middle", False)
+    world.run(1.0)
+    assert (world.state.zone_change, world.zone.version, world.replies[request].ok) == (None, before, False)
+    assert "was not written within 5 s: see to the disk" in world.replies[request].text
+    again = world.ask(MOVE)
+    world.run(0.1)
+    assert "is being changed" in world.replies[again].text
+    assert len(world.zone_writes) == 1
+    written(world)
+    assert world.zone.version == before
+    world.ask(MOVE)
+    world.run(0.1)
+    written(world)
+    assert world.zone.version != before
 
 
 def test_who_goes_first_is_changed_while_robots_move(world: World) -> None:

@@ -122,8 +122,10 @@ def test_a_jog_stands_in_front_of_what_has_been_moved_into_its_way() -> None:
 
 
 def test_an_older_version_that_comes_late_is_not_taken() -> None:
-    frames = HeardFrames((BALL,))
+    frames = HeardFrames(("table", "wall"), (BALL,))
     assert frames.heard(table(8, AWAY))
     assert not frames.heard(table(7, (0.0, 0.0, 0.0)))
     assert not frames.heard(FramePose("wall", 9, None, AWAY, UPRIGHT))
+    assert not frames.heard(FramePose("strange", 9, None, AWAY, UPRIGHT))
+    assert frames.of("strange") is None
     assert frames.present == (table(8, AWAY),)

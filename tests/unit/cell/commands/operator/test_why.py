@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.operator.why import explained
 from cell.messages import (
@@ -11,6 +13,7 @@ from cell.messages import (
     Deadlock,
     GatewayState,
     ManagerState,
+    MeetingStatus,
     Mode,
     NodeStatus,
     ProgramState,
@@ -60,9 +63,10 @@ def test_robots_that_wait_for_each_other_are_told_what_frees_them() -> None:
 def test_a_zone_leads_to_its_holder() -> None:
     zone = ZoneStatus(ZoneState.OCCUPIED, "right", None, ("left",), 1, 5.0)
     waits = "zone door: held by right since 5.0 s"
-    seen = Snapshot({"left": _state("left", waits), "right": _state("right")}, manager=_manager(zones={"door": zone}))
+    left = replace(_state("left", waits), waited_s={"door": 1.25})
+    seen = Snapshot({"left": left, "right": _state("right")}, manager=_manager(zones={"door": zone}))
     assert explained("left", seen, {}) == [
-        f"left waits, for 5.0 s so far: {waits}",
+        f"left waits, at rest for this zone 1.2 s since its program began: {waits}",
         "right waits for nothing: it moves, line 3 ML Z=1150",
     ]
 
@@ -73,9 +77,34 @@ def test_a_zone_that_is_free_leads_to_who_must_get_through_first() -> None:
     waits = f"zone door: {reason}"
     seen = Snapshot({"left": _state("left", waits), "right": _state("right")}, manager=_manager(zones={"door": zone}))
     assert explained("left", seen, {}) == [
-        f"left waits, for 5.0 s so far: {waits}",
+        f"left waits: {waits}",
         "right waits for nothing: it moves, line 3 ML Z=1150",
     ]
+
+
+def test_who_is_missing_at_a_meeting_is_looked_at_next() -> None:
+    waits = "meeting load: waits for right, which is halted"
+    meetings = {"load": MeetingStatus(("left",), {"right": "which is halted"})}
+    states = {"left": _state("left", waits), "right": _state("right", mode=Mode.HALTED)}
+    seen = Snapshot(states, manager=replace(_manager(), meetings=meetings))
+    assert explained("left", seen, {}) == [
+        f"left waits: {waits}",
+        "right waits for nothing: it is halted: cell continue right",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("mode", "reason", "helps"),
+    [
+        (Mode.ESTOP, "emergency stop by me: door", "; an emergency stop holds it: cell reset"),
+        (Mode.FAULT, "no drive feedback for 0.80 s", "; it is in a fault: cell reset left"),
+        (Mode.DISABLED, "emergency stop by me: door", "; its drives are off: cell enable left"),
+        (Mode.FAULT, "its bus has failed: see `cell drives`", ""),
+    ],
+)
+def test_a_reason_without_a_way_out_is_told_with_one(mode: Mode, reason: str, helps: str) -> None:
+    seen = Snapshot({"left": _state("left", reason, mode=mode)}, manager=_manager())
+    assert explained("left", seen, {}) == [f"left ({mode.value}): {reason}{helps}"]
 
 
 def test_an_old_refusal_of_a_robot_that_moves_on_is_not_told() -> None:

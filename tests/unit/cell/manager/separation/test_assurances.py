@@ -84,7 +84,7 @@ class Line:
 def test_a_robot_that_was_never_heard_keeps_others_only_out_of_its_box() -> None:
     line = Line()
     assert line.may_go_to() == 0.0
-    assert line.refused == f"right not heard yet: start its agent, or say {SAY}"
+    assert line.refused == "right not heard yet: start its agent, or say where it stays: `cell confine right`"
     _, text = line.say(CONFINE)
     assert text == (
         "right stays in the box of 400 x 400 x 400 mm about X 1000 Y 0 Z 0 mm. All others keep away from there "

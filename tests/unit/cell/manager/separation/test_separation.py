@@ -1,6 +1,9 @@
 """What people are told of robots that are kept apart."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from cell.manager.separation.separation import Separation, SpaceNews
 from cell.messages import Heard, PlannedWay, Presence, Sections, Stay, Way
@@ -26,15 +29,26 @@ class Two:
             self.says(robot, _section(ord(robot[0]), x), x)
 
     def says(
-        self, robot: str, sections: Sections, x: float, owned: int = 1, plan: int = 0, stop_time_s: float = 0.0
+        self,
+        robot: str,
+        sections: Sections,
+        x: float,
+        owned: int = 1,
+        plan: int = 0,
+        stop_time_s: float = 0.0,
+        owner: int = 1,
+        known: bool = True,
     ) -> None:
         """It is at `x`, owns so many of these sections, and asks for the others; a plan begins there."""
         self._sequence += 1
         body = plain_body((0.1,), (((x, 0.0, 0.0, x, 0.0, 0.0),),), (0.0,), reach_m=0.5)
+        body = replace(body, known=known)
         pieces = np.zeros(len(sections) if plan else 0, np.uint32)
         way = Way(sections, owned, owned, ("hand",), plan=plan, pieces=pieces)
         heard = Heard("m", 1)
-        presence = Presence(robot, robot, 1, self._sequence, heard, "digest", body, stop_time_s, epoch=5, way=way)
+        presence = Presence(
+            robot, f"{robot}{owner}", owner, self._sequence, heard, "digest", body, stop_time_s, epoch=5, way=way
+        )
         self.told += self.separation.hear(presence)
 
     def answers(self, seconds: float = 0.02) -> dict[str, str]:
@@ -66,6 +80,42 @@ def test_a_robot_in_space_of_another_one_stops_all_once() -> None:
     assert cell.codes == ["space_breach"]
     assert cell.told[0].stops
     assert cell.told[0].text == "left is in space that is cleared for right"
+
+
+def _going(cell: Two, stop_time_s: float) -> None:
+    """Left owns its way to 0.45 m, and is at its beginning."""
+    way = _section(ord("l"), 0.0)
+    for number in range(1, 10):
+        way = way.joined(_section(100 + number, 0.05 * number))
+    cell.says("left", way, 0.0, stop_time_s=stop_time_s)
+    cell.answers()
+    cell.says("left", way, 0.0, owned=len(way), stop_time_s=stop_time_s)
+
+
+@pytest.mark.parametrize("stop_time_s", [0.0, 0.3])
+@pytest.mark.parametrize("how", ["started again", "referenced"])
+def test_a_robot_that_appears_in_space_of_another_one_stops_all(how: str, stop_time_s: float) -> None:
+    """It may have been pushed there while its agent was off; whether the other one drives or waits on its way."""
+    cell = Two()
+    _going(cell, stop_time_s)
+    if how == "referenced":
+        cell.says("right", _section(50, 1.0), 1.0, known=False)
+    for _ in range(3):
+        cell.says("right", _section(51, 0.35), 0.35, owner=2 if how == "started again" else 1)
+    assert cell.codes == ["space_breach"]
+    assert cell.told[0].stops
+    assert cell.told[0].text == "right is in space that is cleared for left"
+
+
+@pytest.mark.parametrize("x", [0.195, 0.2, 0.215])
+def test_a_robot_that_appears_at_the_side_of_one_that_rests_stops_nobody(x: float) -> None:
+    """Sections are 10 mm thicker than the robot: such robots may part."""
+    cell = Two()
+    ball = np.broadcast_to(np.float32([0.0, 0.0, 0.0]), (1, 1, 2, 3))
+    cell.says("left", Sections(np.uint64([70]), ball, np.float32([[0.11]])), 0.0)
+    cell.told.clear()
+    cell.says("right", _section(51, x), x, owner=2)
+    assert cell.codes == []
 
 
 def test_nobody_parts_from_a_robot_that_moves() -> None:
@@ -125,5 +175,5 @@ def test_who_has_not_reported_keeps_all_waiting_by_name() -> None:
     fresh = Separation(settings(), "m", 5)
     cell.separation = fresh
     cell.says("left", _section(ord("l"), 0.0).joined(_section(40, 0.2)), 0.0)
-    say = "start its agent, or say where it stays: `cell stands right` or `cell confine right`"
+    say = "start its agent, or say where it stays: `cell confine right`"
     assert cell.answers() == {"left": f"right not heard yet: {say}"}

@@ -121,6 +121,25 @@ def test_death_while_planning_is_told_with_what_to_do_and_the_next_request_is_pl
     assert (planned.id, int(planned.text) > 0) == (2, True)
 
 
+def test_a_process_that_cannot_be_started_is_told_and_tried_again(
+    worker: PlanWorker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(_process: object) -> None:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    worker.submit(request(1))
+    assert results(worker)[0].id == 1
+    with monkeypatch.context() as starved:
+        starved.setattr(multiprocessing.get_context("spawn").Process, "start", refused)
+        worker.submit(request(2, DIE))
+        worker.submit(request(3))
+        died, failed = results(worker, 2)
+    assert (died.id, failed.id) == (2, 3)
+    assert "line 7: the planning process could not be started" in failed.text
+    worker.submit(request(4))
+    assert results(worker)[0].id == 4
+
+
 def test_death_with_nothing_to_do_is_not_noticed_by_anybody(worker: PlanWorker) -> None:
     worker.submit(request(1))
     before = int(results(worker)[0].text)
