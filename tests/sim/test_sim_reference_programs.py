@@ -15,7 +15,7 @@ from tests.sim.operator import PatientOperator
 from tests.sim.world import World, load_bundle
 from tests.unit.config_world import CELL, DRIVES, ROBOT, Copy
 from tests.unit.played_route import Numbers, arc, assert_follows, joint_line, joints_at, line, polygon
-from tests.unit.robot_agent.language.test_reference_programs import HOME, MODEL, POINTS, SUB, at
+from tests.unit.robot_agent.language.reference_programs import HOME, MODEL, POINTS, SUB, at
 from tests.unit.turned_arm import flange
 
 MEASURED_M = 3e-4

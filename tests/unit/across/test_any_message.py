@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from cell.config.settings import CorrectionSettings, SensorFrame
-from cell.core import Answer, Arrived, Effect, Publish, Request
+from cell.core import Arrived, Effect, Publish, Request
 from cell.manager.presences import MOST_STRANGERS
 from cell.messages import (
     COMMANDS,
@@ -27,13 +27,13 @@ from cell.messages import (
     Mode,
     OutputEvent,
     PlayoutState,
-    Reply,
     Run,
     SetpointBlock,
 )
 from cell.net.binary import encode_planned_way, encode_presence
 from cell.net.codec import decode, decode_call, encode, message_schemas
 from cell.net.errors import CodecError
+from tests.unit.across.travelling import fit_to_travel
 from tests.unit.agent_world import AgentWorld
 from tests.unit.gateway_world import World as GatewayWorld
 from tests.unit.manager_world import INSIDE, Robot
@@ -151,15 +151,6 @@ def read(name: str, data: bytes, fresh: Heard | None, count: int) -> object | No
     except CodecError:
         return None
     return replace(message, heard=fresh) if fresh is not None and name in ("Presence", "JogHeld") else message
-
-
-def fit_to_travel(effect: Effect) -> None:
-    match effect:
-        case Publish(message):
-            decode(type(message), encode(message))
-        case Answer(_, reply):
-            assert isinstance(reply, Reply)
-            decode(Reply, encode(reply))
 
 
 class AnyAgent(AgentWorld):

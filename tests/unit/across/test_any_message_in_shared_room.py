@@ -49,7 +49,7 @@ from cell.messages.sections import NO_PIECE, Sections, Stay, Way
 from cell.net.binary import FARTHEST_M, MOST_COUNT
 from cell.net.codec import decode, encode
 from cell.net.errors import CodecError
-from tests.unit.across.test_any_message import fit_to_travel
+from tests.unit.across.travelling import fit_to_travel
 from tests.unit.agent_runs import until
 from tests.unit.agent_world import AgentWorld
 from tests.unit.gateway_world import World as GatewayWorld

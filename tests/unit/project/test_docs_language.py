@@ -1,18 +1,13 @@
 """The table of `docs/language.md` is the language, and its programs are read."""
 
-import re
 from pathlib import Path
 
 import pytest
 
 from robot_agent.language import STATEMENTS, Names, parse_program
 from robot_agent.language.words import Word
-from tests.unit.repository import ROOT
+from tests.unit.project.language_page import EXAMPLES, PROGRAMS
 
-PAGE = (ROOT / "docs" / "language.md").read_text()
-TABLE = re.findall(r"^\| (`.*`) \|", PAGE, re.M)
-EXAMPLES = [example for cell in TABLE for example in re.findall("`(.*?)`", cell)]
-PROGRAMS = re.findall(r"^```\n(.*?)^```", PAGE, re.M | re.S)
 AROUND = {"IF": "{}\nENDIF", "ELSE": "IF 1 = 1\n{}\nENDIF", "ENDIF": "IF 1 = 1\n{}"}
 """What some statements are not without."""
 

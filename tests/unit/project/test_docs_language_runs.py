@@ -32,8 +32,8 @@ from robot_agent.model.description import Capsule, Mounted
 from tests.unit.agent_runs import until
 from tests.unit.agent_world import CYCLE_S, AgentWorld
 from tests.unit.measured_world import BELT, COUNTS_PER_M
-from tests.unit.project.test_docs_language import EXAMPLES, PROGRAMS
-from tests.unit.robot_agent.language.test_reference_programs import MODEL, placed
+from tests.unit.project.language_page import EXAMPLES, PROGRAMS
+from tests.unit.robot_agent.language.reference_programs import MODEL, placed
 from tests.unit.turned_arm import flange, tcp
 
 Numbers = NDArray[np.float64]

@@ -8,7 +8,7 @@ import pytest
 from cell.manager.journal import Journal
 from cell.manager.records import AssuranceEnded, Assured
 from cell.messages import Assurance, Confinement, ConfineRobot, EndAssurance, Heard, RobotStands
-from tests.unit.cell.manager.separation.test_assurances import place
+from tests.unit.cell.manager.separation.sections_on_a_line import place
 from tests.unit.manager_world import World, settings
 
 BOX = Confinement((1.0, 2.0, 3.0), (0.1, -0.2, 0.3), (0.0, 0.0, 0.6, 0.8))

@@ -5,14 +5,12 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from cell.messages import STATES
 from cell.net.errors import CodecError
-from cell.recording.json_form import KINDS, from_json, schema_of, to_json
-from tests.unit.message_kinds import messages, same
-
-ANY = st.sampled_from(sorted(KINDS)).flatmap(lambda name: messages(KINDS[name]))
+from cell.recording.json_form import from_json, schema_of, to_json
+from tests.unit.cell.recording.recordings import ANY
+from tests.unit.message_kinds import same
 
 
 @given(ANY)

@@ -15,8 +15,7 @@ from cell.messages import Event, Severity
 from cell.recording.errors import RecordingError
 from cell.recording.reader import Recorded
 from cell.recording.writer import Recording
-from tests.unit.cell.recording.recordings import BEGIN, read, record, two_arms
-from tests.unit.cell.recording.test_json_form import ANY
+from tests.unit.cell.recording.recordings import ANY, BEGIN, read, record, two_arms
 from tests.unit.message_kinds import same
 
 EVENT = Event("robot/left", 1, Severity.ALARM, "fault", "J2 is hot", "let it cool", {"axis": "J2"}, "b")

@@ -15,8 +15,7 @@ from cell.messages import Body, FramePose, ManagerState, Presence, ZoneGeometry
 from cell.recording.cell_files import recorded_cell
 from cell.recording.scene import Scene, _turned_up
 from cell.recording.writer import Recording
-from tests.unit.cell.commands.files.test_recordings import FAULT, LEFT
-from tests.unit.cell.recording.recordings import BEGIN, JOINTS, two_arms
+from tests.unit.cell.recording.recordings import BEGIN, FAULT, JOINTS, LEFT, two_arms
 from tests.unit.repository import ROOT
 
 POSES = np.array([[[[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]], [[[1.0, 0.0, 0.0], [1.0, 0.0, 1.0]]]], np.float32)

@@ -17,6 +17,7 @@ from cell.messages import (
     ProgramState,
     ProgramStatus,
     RobotState,
+    Sections,
     ZoneState,
     ZoneStatus,
 )
@@ -61,3 +62,10 @@ def seen(*messages: object, now: float = 10.0) -> Newest:
     newest = Newest()
     newest.look([Arrived(each, now) for each in messages], now)
     return newest
+
+
+def pieces(ids: range | list[int], y: float = 0.0) -> Sections:
+    """Upright capsules of radius 0.1 m, piece `i` at 0.2 m times `i` along X."""
+    points = np.zeros((len(ids), 1, 2, 3), np.float32)
+    points[..., 0], points[..., 1], points[..., 1, 2] = 0.2 * np.array(ids)[:, None, None], y, 1.0
+    return Sections(np.array(ids, np.uint64) + np.uint64(1), points, np.full((len(ids), 1), 0.1, np.float32))

@@ -4,17 +4,10 @@ from cell.config.settings import SeparationSettings
 from cell.messages import PlannedWay, Presence, Sections
 from cell.messages.sections import Way
 from cell.view.diagram import Diagram, Diagrams, shown, svg, too_near
-from tests.unit.cell.view.room import presence, seen
+from tests.unit.cell.view.room import pieces, presence, seen
 
 PAIR = ("left", "right")
 NOTHING_FIXED = frozenset[int](), frozenset[int]()
-
-
-def pieces(ids: range | list[int], y: float = 0.0) -> Sections:
-    """Upright capsules of radius 0.1 m, piece `i` at 0.2 m times `i` along X."""
-    points = np.zeros((len(ids), 1, 2, 3), np.float32)
-    points[..., 0], points[..., 1], points[..., 1, 2] = 0.2 * np.array(ids)[:, None, None], y, 1.0
-    return Sections(np.array(ids, np.uint64) + np.uint64(1), points, np.full((len(ids), 1), 0.1, np.float32))
 
 
 def plan(robot: str, number: int, of: Sections) -> PlannedWay:

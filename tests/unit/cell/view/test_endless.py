@@ -28,8 +28,7 @@ from cell.view.gate import Gate, Level
 from cell.view.page import PICTURE_S, Page
 from cell.view.rows import Axes
 from cell.view.server import GatedServer, listen
-from tests.unit.cell.view.room import CELL, gateway, held_by, manager, presence, robot
-from tests.unit.cell.view.test_diagram import pieces
+from tests.unit.cell.view.room import CELL, gateway, held_by, manager, pieces, presence, robot
 
 HOURS = 12
 GROWTH_MB = 20.0

@@ -21,7 +21,7 @@ from robot_agent.kinematics import load_model
 from tests.unit.ball_mesh import ball_file
 from tests.unit.cell.view.room import CELL, presence, robot
 from tests.unit.config_world import Copy
-from tests.unit.robot_agent.kinematics.urdf.test_urdf_visuals import ORIGINS, arm
+from tests.unit.robot_agent.kinematics.urdf.painter_visuals import ORIGINS, arm
 
 JOINTS = (0.1, -0.2, 0.3, 0.4, -0.5, 0.6)
 

@@ -10,21 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from robot_agent.paths import Line, Passing, Sequence
 from robot_agent.paths.caps import Tolerance
-from robot_agent.trajectory import Motion, plan
+from robot_agent.trajectory import plan
 from tests.unit.random_moves import LIMITS, MODEL, START
 from tests.unit.robot_agent.paths.cam_lines import KINDS, CamLines, cam_lines
+from tests.unit.robot_agent.trajectory.cam_motions import HERE, at_the_robot, motion_of
 
 TOLERANCE = Tolerance(5e-5, np.radians(0.5))
-HERE = MODEL.forward(START)
-
-
-def at_the_robot(lines: CamLines) -> CamLines:
-    turned = lines.rotations * lines.rotations[0].inv() * Rotation.from_matrix(HERE[:3, :3])
-    return CamLines(HERE[:3, 3] + lines.places - lines.places[0], turned)
-
-
-def motion_of(lines: list[Line], start: np.ndarray = START) -> Motion:
-    return plan(MODEL, Sequence(lines), LIMITS, start=start)
 
 
 def circle(count: int, radius_m: float = 0.05, line_m: float = 5e-4) -> CamLines:

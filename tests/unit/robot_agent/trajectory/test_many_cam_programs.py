@@ -7,7 +7,7 @@ from robot_agent.paths.caps import Tolerance
 from robot_agent.trajectory import Motion, PlanError
 from tests.unit.random_moves import LIMITS, MODEL
 from tests.unit.robot_agent.paths.cam_lines import KINDS, CamLines, cam_lines
-from tests.unit.robot_agent.trajectory.test_lines_within_tolerance import at_the_robot, motion_of
+from tests.unit.robot_agent.trajectory.cam_motions import at_the_robot, motion_of
 
 CYCLE_S = 0.004
 IN_TEST, IN_ALL, AT_ONCE = 2, 500, 31

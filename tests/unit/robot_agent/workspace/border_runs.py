@@ -22,7 +22,15 @@ from robot_agent.workspace import Spaces, Things, sweep
 from tests.unit.jog_world import ARM, Jogged
 from tests.unit.jog_world import START as JOG_START
 from tests.unit.repository import ROOT
-from tests.unit.robot_agent.trajectory.sources.test_corrected import CHANGES, CYCLE_S, FAST, LIMITS, NOMINAL, SLOW, STEP
+from tests.unit.robot_agent.trajectory.sources.corrected_moves import (
+    CHANGES,
+    CYCLE_S,
+    FAST,
+    LIMITS,
+    NOMINAL,
+    SLOW,
+    STEP,
+)
 
 WORLD = np.eye(4)
 MARGIN_M = 0.005

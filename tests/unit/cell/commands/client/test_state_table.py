@@ -31,21 +31,10 @@ from cell.messages import (
     ZoneStatus,
 )
 from cell.view.words import unreferenced, waited_text, why
+from tests.unit.cell.commands.client.running_robot import RUNNING
 from tests.unit.repository import ROOT
 
 CELL = load_cell(ROOT / "cell_configs" / "two_arms" / "cell.yaml")
-RUNNING = RobotState(
-    robot="left",
-    boot="b",
-    sequence=1,
-    mode=Mode.RUNNING,
-    program=ProgramStatus("left.prog", ProgramState.RUNNING, 8, "ML X=1650"),
-    joints=(0.0,) * 6,
-    tcp_position_m=(1.0, 0.0, 0.5),
-    tcp_quaternion_xyzw=(0.0, 0.0, 0.0, 1.0),
-    tcp_speed_m_s=0.25,
-    governor=GovernorStatus(1.0, 0.4, 2.0, ""),
-)
 
 
 def test_a_robot_that_waits_says_for_what() -> None:

@@ -9,13 +9,10 @@ from typer.testing import CliRunner
 
 from cell.commands.cell_command import app
 from cell.commands.errors import CommandError
-from cell.messages import Event, GovernorStatus, ManagerState, Mode, ProgramState, ProgramStatus, RobotState, Severity
+from cell.messages import ManagerState, Mode
 from cell.recording.summary import Heard
-from tests.unit.cell.recording.recordings import BEGIN, record
+from tests.unit.cell.recording.recordings import BEGIN, FAULT, LEFT, record
 
-PROGRAM = ProgramStatus("left.prog", ProgramState.RUNNING, 6, "ML X=100")
-LEFT = RobotState("left", "b", 1, Mode.RUNNING, PROGRAM, None, None, None, 0.0, GovernorStatus(1.0, 0.5, 2.0, ""))
-FAULT = Event("robot/left", 1, Severity.ALARM, "fault", "J2 is hot", "let it cool")
 MANAGER = ManagerState("two_arms", "m", 1, 1, 0.0, "d")
 
 

@@ -19,7 +19,7 @@ from cell.core import Arrived
 from cell.messages import Command, Continue, Event, Halt, Heard, JogHeld, ManagerState, Mode, Reply, Severity
 from cell.view.desk import NoAnswer
 from cell.view.rows import Axes
-from tests.unit.cell.commands.client.test_state_table import RUNNING
+from tests.unit.cell.commands.client.running_robot import RUNNING
 from tests.unit.repository import ROOT
 
 CELL = load_cell(ROOT / "cell_configs" / "two_arms" / "cell.yaml")

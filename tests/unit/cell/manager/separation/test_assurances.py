@@ -11,11 +11,12 @@ from cell.manager.records import Assured
 from cell.manager.separation.assurances import Ended, Sighting
 from cell.manager.separation.separation import Separation, SpaceNews
 from cell.messages import Confinement, ConfineRobot, Heard, Presence, RobotStands, Sections, Way
+from tests.unit.cell.manager.separation.sections_on_a_line import RADIUS_M, place
 from tests.unit.manager_world import settings
 from tests.unit.plain_body import plain_body
 
 FORWARD = (0.0, 0.0, 0.0, 1.0)
-RADIUS_M, REACH_M, SILENT_S = 0.1, 0.5, settings().times.moves_alone_s
+REACH_M, SILENT_S = 0.5, settings().times.moves_alone_s
 ABOUT_RIGHT = Confinement((0.4, 0.4, 0.4), (1.0, 0.0, 0.0), FORWARD)
 CONFINE = ConfineRobot("right", ABOUT_RIGHT, "me")
 STANDS = RobotStands("right", "me")
@@ -25,13 +26,6 @@ SAY = "where it stays: `cell stands right` or `cell confine right`"
 def about(x: float) -> object:
     """Sections are 10 mm apart."""
     return pytest.approx(x, abs=0.011)
-
-
-def place(*xs: float) -> Sections:
-    """A ball at each of these places on the line; the place is its id."""
-    ids = np.array([round(1e6 * (x + 10.0)) for x in xs], np.uint64)
-    points = np.array([[[[x, 0.0, 0.0]] * 2] for x in xs], np.float32).reshape(len(xs), 1, 2, 3)
-    return Sections(ids, points, np.full((len(xs), 1), RADIUS_M + 0.02, np.float32))
 
 
 class Line:

@@ -14,7 +14,7 @@ from cell.geometry import Box
 from cell.manager.separation import nearness
 from cell.manager.separation.nearness import Nearness
 from cell.messages.sections import Refusal, Sections
-from tests.unit.cell.geometry.test_segment import LONG, by_all_that_can_be_nearest
+from tests.unit.cell.geometry.exact_segments import LONG, by_all_that_can_be_nearest
 
 SAFE_M = 1e-9
 """Nothing is clear that is nearer than the margin by more."""

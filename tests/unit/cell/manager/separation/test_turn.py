@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from cell.manager.separation.turn import PATIENCE_S, Turn
 from cell.messages import Clearance, Refusal
-from tests.unit.cell.manager.separation.test_order import Ways, again_and_again, two_loop_and_one_waits
+from tests.unit.cell.manager.separation.ways import Ways, again_and_again, two_loop_and_one_waits
 
 _STEP_S = 0.1
 

@@ -21,12 +21,12 @@ from cell.messages import (
 )
 from robot_agent.agent.planning import lookahead
 from tests.unit.agent_rounds import ROUND, TO_START, extensions, speeds
-from tests.unit.agent_runs import at_rest, enabled, ended, until
-from tests.unit.agent_world import CYCLE_S, AgentWorld
+from tests.unit.agent_runs import at_rest, ended, until
+from tests.unit.agent_world import CYCLE_S
 from tests.unit.measured_world import START, Measured
 from tests.unit.output_ticks import FIRST_TICK, after, j1, reached, ticks
+from tests.unit.robot_agent.agent.blocks.output_runs import OUTPUTS, begun, ready, switched
 
-OUTPUTS = ("glue", "gripper")
 STRAIGHT = """MJ J1=2 F=20
 SET DO gripper
 MJ J1=6 F=20
@@ -34,21 +34,6 @@ RESET DO gripper
 SET DO glue
 MJ J1=7 F=20
 END"""
-
-
-def ready(program: str) -> AgentWorld:
-    return enabled(program, outputs=OUTPUTS)
-
-
-def begun(program: str) -> AgentWorld:
-    world = ready(program)
-    world.call(Run())
-    until(world, lambda: world.state.mode is Mode.RUNNING)
-    return world
-
-
-def switched(world: AgentWorld) -> list[tuple[str, bool]]:
-    return [(OUTPUTS[event.output], event.value) for _, event in world.switched]
 
 
 def test_outputs_switch_with_the_first_sample_at_the_end_of_the_move_and_the_motion_is_that_without_them() -> None:

@@ -12,7 +12,7 @@ from tests.unit.agent_rounds import TO_START, extensions
 from tests.unit.agent_runs import ended, until
 from tests.unit.agent_world import CYCLE_S, AgentWorld
 from tests.unit.output_ticks import FIRST_TICK, ticks
-from tests.unit.robot_agent.agent.blocks.test_outputs import begun, switched
+from tests.unit.robot_agent.agent.blocks.output_runs import begun, switched
 
 LINE = """MJ J1=0 J2=-20 J3=30 J4=0 J5=60 J6=0
 ML Y=-100 Z=1400 F=400

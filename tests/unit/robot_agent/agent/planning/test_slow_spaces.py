@@ -11,7 +11,7 @@ from robot_agent.language import Interpreter, MotionStep, Names, parse_program
 from robot_agent.workspace import PlacedRobot, Spaces
 from tests.unit.agent_runs import until
 from tests.unit.agent_world import CYCLE_S, AgentWorld
-from tests.unit.robot_agent.agent.operator.test_jog import Key, jog
+from tests.unit.robot_agent.agent.operator.jog_key import Key, jog
 from tests.unit.six_axis_arm import arm
 
 ARM = arm()

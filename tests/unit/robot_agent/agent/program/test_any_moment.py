@@ -24,7 +24,7 @@ from cell.messages import (
 )
 from tests.unit.agent_runs import at_rest, enabled, ended, running, until
 from tests.unit.agent_world import STEP_S, AgentWorld
-from tests.unit.robot_agent.agent.program.test_conditional_programs import begun
+from tests.unit.robot_agent.agent.program.conditional_runs import begun
 
 ALL = """MJ J1=10 R=20
 SET DO gripper

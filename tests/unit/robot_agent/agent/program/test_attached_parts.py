@@ -1,6 +1,5 @@
 """A part that is attached: it belongs to the body from ATTACH to DETACH, whatever happens in between."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,45 +7,35 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from cell.config.settings import PoseSettings, SphereShape, ThingSettings
+from cell.config.settings import ThingSettings
 from cell.messages import (
     Continue,
     Enable,
     Estop,
     Halt,
     Mode,
-    Presence,
     ProgramState,
-    Reply,
     ResetRobot,
     Run,
     SetPart,
 )
 from robot_agent.dynamics import axis_torques
 from robot_agent.kinematics import SixAxis
-from robot_agent.model import LinkMass, Part, Tool
-from robot_agent.model.description import Capsule, Mounted
+from robot_agent.model import LinkMass
 from tests.unit.agent_runs import at_rest, ended, until
-from tests.unit.agent_world import ZONE, AgentWorld
+from tests.unit.agent_world import AgentWorld
 from tests.unit.body_cover import covers
-from tests.unit.robot_agent.agent.operator.test_jog import Key, jog
-from tests.unit.six_axis_arm import description
-
-NO_INERTIA = np.zeros((3, 3))
-GRIPPER = Tool("gripper", np.eye(4), 0.0, (0.0, 0.0, 0.0), NO_INERTIA, (Capsule((0, 0, 0), (0.1, 0, 0), 0.04),))
-ROD = Part("rod", 3.0, (0.3, 0.0, 0.0), NO_INERTIA, (Capsule((0.0, 0.0, 0.0), (0.6, 0.0, 0.0), 0.05),))
-PLATE = Part("plate", 8.0, (0.0, 0.2, 0.0), NO_INERTIA, (Capsule((0.0, -0.4, 0.0), (0.0, 0.4, 0.0), 0.03),))
-BARE = SixAxis(
-    replace(
-        description(), tools={"gripper": GRIPPER}, mounted=Mounted(("gripper",)), parts={"rod": ROD, "plate": PLATE}
-    )
+from tests.unit.robot_agent.agent.operator.jog_key import Key, jog
+from tests.unit.robot_agent.agent.program.mounted_arm import (
+    BARE,
+    PICK,
+    answer,
+    capsules,
+    failed,
+    holding,
+    in_front_of_zone,
+    pole,
 )
-"""The arm of the tests with two parts."""
-PICK = "MJ J1=10\nATTACH rod\nMJ J1=20\nDETACH\nMJ J1=30\nEND"
-
-
-def holding(part: str, arm: SixAxis = BARE) -> SixAxis:
-    return SixAxis(replace(arm.description, mounted=replace(arm.description.mounted, parts=(part,) if part else ())))
 
 
 def ready(
@@ -73,20 +62,6 @@ def running(program: str, part: str = "", arm: SixAxis = BARE, things: tuple[Thi
     world.call(Run())
     until(world, lambda: world.state.mode is Mode.RUNNING)
     return world
-
-
-def answer(world: AgentWorld, command: object) -> Reply:
-    call = world.call(command)  # type: ignore[arg-type]
-    until(world, lambda: call in world.replies)
-    return world.replies[call]
-
-
-def failed(world: AgentWorld) -> Callable[[], bool]:
-    return lambda: world.state.program.state is ProgramState.FAILED
-
-
-def capsules(presence: Presence) -> int:
-    return len(presence.body.radii_m)
 
 
 def test_the_body_grows_before_the_first_motion_with_the_part_and_shrinks_at_rest_after_it() -> None:
@@ -116,13 +91,6 @@ def test_motions_are_planned_with_what_is_held_then() -> None:
         (): 0,
         ("rod",): 1,
     }
-
-
-def pole(may_touch: tuple[str, ...] = ()) -> ThingSettings:
-    """Where the end of the rod comes by when J1 turns from 10 to 20 degrees, clear of everything else."""
-    x, y, z, _ = (holding("rod").forward(np.radians([15.0, 0, 0, 0, 0, 0])) @ [0.6, 0.0, 0.0, 1.0]).tolist()
-    there = PoseSettings((x, y, z), (0.0, 0.0, 0.0, 1.0))
-    return ThingSettings("pole", SphereShape(0.05), there, 0.005, {"left": may_touch})
 
 
 def test_a_thing_that_is_clear_without_the_part_stops_the_program_with_it_by_line() -> None:
@@ -221,24 +189,6 @@ def test_a_part_that_is_taken_out_after_a_fault_ends_the_interrupted_program() -
     assert world.state.program.state is ProgramState.FAILED
     world.call(Enable())
     until(world, lambda: world.state.mode is Mode.READY)
-
-
-FAR_IN = np.radians([0.0, 50.0, -25.0, 0.0, 30.0, 0.0])
-FAR_OUT = np.radians([0.0, -20.0, 30.0, 0.0, 60.0, 0.0])
-
-
-def in_front_of_zone() -> str:
-    """Joints at which the rod reaches into the zone and the rest of the robot does not, as what follows MJ."""
-    border = ZONE.position_m[0] - ZONE.size_m[0] / 2.0
-
-    def front(model: SixAxis, q: np.ndarray) -> float:
-        return float((model.capsules(q)[..., 0].max(axis=-1) + model.capsule_radii).max())
-
-    for share in np.linspace(0.0, 1.0, 101):
-        q = FAR_OUT + share * (FAR_IN - FAR_OUT)
-        if front(holding("rod"), q) > border + 0.05 and front(BARE, q) < border - 0.1:
-            return " ".join(f"J{n}={value:.3f}" for n, value in enumerate(np.degrees(q), 1))
-    raise AssertionError("no such place")
 
 
 def test_a_part_that_reaches_into_a_zone_is_attached_once_the_zone_is_granted() -> None:

@@ -1,37 +1,12 @@
 """WAIT DI, IF and M while a robot runs: it rests there, asks what is so then, and goes on by the answer."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
 from cell.messages import AnswerFlag, Continue, Enable, Halt, Mode, ProgramState, ResetRobot, Run, SetOverride
-from tests.unit.agent_runs import BACK, INTO, at_rest, enabled, ended, near_zone, until
+from tests.unit.agent_runs import BACK, INTO, enabled, ended, near_zone, until
 from tests.unit.agent_world import AgentWorld
-
-WAITS = "MJ J1=20\nWAIT DI part\nMJ J1=0\nEND"
-
-
-def begun(program: str, outputs: tuple[str, ...] = (), **inputs: bool | None) -> AgentWorld:
-    world = enabled(program, outputs=outputs)
-    world.inputs = dict(inputs)
-    world.run(0.1)
-    world.call(Run())
-    until(world, lambda: world.state.mode is Mode.RUNNING)
-    return world
-
-
-def waits(world: AgentWorld, line: int = 2) -> Callable[[], bool]:
-    return lambda: at_rest(world)() and world.state.program.line == line and world.state.program.waits_s is not None
-
-
-def told(world: AgentWorld, **inputs: bool | None) -> None:
-    """From now on the gateway tells other inputs."""
-    world.inputs = {**(world.inputs or {}), **inputs}
-
-
-def j1(world: AgentWorld) -> float:
-    return float(np.degrees(world.commanded[0]))
+from tests.unit.robot_agent.agent.program.conditional_runs import WAITS, begun, j1, told, waits
 
 
 def failure(world: AgentWorld) -> str:

@@ -9,7 +9,7 @@ from cell.core import Shutdown
 from cell.messages import Command, Enable, ForceInput, Halt, Mode, Reply, Run, Severity
 from tests.unit.agent_runs import enabled, ended, until
 from tests.unit.agent_world import AgentWorld
-from tests.unit.robot_agent.agent.program.test_conditional_programs import WAITS, begun, j1, told, waits
+from tests.unit.robot_agent.agent.program.conditional_runs import WAITS, begun, j1, told, waits
 from tests.unit.robot_agent.agent.zones.gate_runs import GATE, ROUND
 
 

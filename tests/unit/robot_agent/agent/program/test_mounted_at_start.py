@@ -11,8 +11,7 @@ from robot_agent.agent.mount_note import MountNote
 from robot_agent.kinematics import SixAxis
 from tests.unit.agent_runs import ended, until
 from tests.unit.agent_world import AgentWorld
-from tests.unit.robot_agent.agent.program.test_attached_parts import PLATE, ROD, answer, capsules
-from tests.unit.robot_agent.agent.program.test_mounted_tools import ARM, CHANGE, ready
+from tests.unit.robot_agent.agent.program.mounted_arm import ARM, CHANGE, PLATE, ROD, answer, capsules, ready
 
 WITH_PARTS = SixAxis(replace(ARM.description, parts={"rod": ROD, "plate": PLATE}))
 AND_BACK = "MJ J1=10\nT=lance\nMJ J1=20 F=10\nT=gripper\nEND"

@@ -9,15 +9,14 @@ import pytest
 from cell.messages import Enable, Load, Mode, ResetRobot, Run, SetPart, SetTool
 from robot_agent.dynamics import axis_torques
 from robot_agent.kinematics import SixAxis
-from robot_agent.model import LinkMass, Mounted, Tool
-from robot_agent.model.description import Capsule
+from robot_agent.model import LinkMass, Mounted
 from tests.unit.agent_runs import at_rest, ended, until
 from tests.unit.agent_world import AgentWorld
 from tests.unit.body_cover import covers
-from tests.unit.robot_agent.agent.program.test_attached_parts import (
-    BARE,
-    GRIPPER,
-    NO_INERTIA,
+from tests.unit.robot_agent.agent.program.mounted_arm import (
+    ARM,
+    CHANGE,
+    LANCE,
     PLATE,
     ROD,
     answer,
@@ -25,30 +24,12 @@ from tests.unit.robot_agent.agent.program.test_attached_parts import (
     failed,
     in_front_of_zone,
     pole,
+    ready,
 )
-from tests.unit.robot_families import TORCH
-
-LANCE = Tool(
-    "lance", TORCH.pose_flange_tcp, 4.0, (0.3, 0.0, 0.0), NO_INERTIA, (Capsule((0.0, 0.0, 0.0), (0.6, 0.0, 0.0), 0.05),)
-)
-"""As long as the rod of the parts, and its TCP is turned against the flange."""
-ARM = SixAxis(replace(BARE.description, tools={"gripper": GRIPPER, "lance": LANCE}, parts={}))
-CHANGE = "MJ J1=10\nT=lance\nMJ J1=20\nT=NONE\nMJ J1=30\nT=gripper\nEND"
 
 
 def with_tool(*names: str, arm: SixAxis = ARM) -> SixAxis:
     return SixAxis(replace(arm.description, mounted=Mounted(names)))
-
-
-def ready(program: str, tool: str = "gripper", arm: SixAxis = ARM, **world_has: object) -> AgentWorld:
-    """An enabled robot, and an operator who has said which tool is mounted; empty: nobody has."""
-    world = AgentWorld(program, arm=arm, **world_has)  # type: ignore[arg-type]
-    until(world, lambda: world.states != [] and world.state.mode is Mode.DISABLED)
-    if tool:
-        assert answer(world, SetTool(tool)).ok
-    world.call(Enable())
-    until(world, lambda: world.state.mode is Mode.READY)
-    return world
 
 
 def running(program: str, **ready_with: object) -> AgentWorld:

@@ -19,7 +19,7 @@ from tests.unit.agent_world import CYCLE_S, AgentWorld
 from tests.unit.measured_world import BELT, COUNTS_PER_M
 from tests.unit.output_ticks import FIRST_TICK
 from tests.unit.played_route import Numbers, arc, assert_follows, joint_line, joints_at, line, polygon
-from tests.unit.robot_agent.language.test_reference_programs import (
+from tests.unit.robot_agent.language.reference_programs import (
     HOME,
     MODEL,
     POINTS,

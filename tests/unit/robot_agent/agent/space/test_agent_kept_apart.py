@@ -26,8 +26,8 @@ from robot_agent.workspace import FOLLOWING_M, ROOM_M
 from tests.unit.agent_runs import at_rest, until
 from tests.unit.agent_world import AgentWorld
 from tests.unit.repository import ROOT
-from tests.unit.robot_agent.agent.operator.test_jog import Key, jog
-from tests.unit.robot_agent.agent.program.test_attached_parts import BARE, PICK
+from tests.unit.robot_agent.agent.operator.jog_key import Key, jog
+from tests.unit.robot_agent.agent.program.mounted_arm import BARE, PICK
 
 KEPT_APART = SeparationSettings(0.03)
 THERE_AND_BACK = "MJ J1=25 F=100\nMJ J1=-25 F=100\nEND"

@@ -8,7 +8,7 @@ import pytest
 from cell.messages import Halt, Mode, ProgramState
 from tests.unit.agent_runs import at_rest, ended, until
 from tests.unit.agent_world import AgentWorld
-from tests.unit.robot_agent.agent.operator.test_jog import Key, jog
+from tests.unit.robot_agent.agent.operator.jog_key import Key, jog
 from tests.unit.robot_agent.agent.zones.gate_runs import ROUND, ball, begun, broken, gaps
 
 

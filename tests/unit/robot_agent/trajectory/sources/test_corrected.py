@@ -11,37 +11,32 @@ from robot_agent.kinematics import model_of
 from robot_agent.model import Mounted
 from robot_agent.paths import JointMove, Line, Sequence
 from robot_agent.paths.caps import Tolerance
-from robot_agent.trajectory import Governor, Limits, Motion, RateRequest, plan
+from robot_agent.trajectory import Governor, Motion, RateRequest, plan
 from robot_agent.trajectory.sources import (
     Conveyor,
     CorrectedSource,
     CorrectionFrame,
-    CorrectionLimits,
     Target,
 )
 from tests.unit.repository import vectors
+from tests.unit.robot_agent.trajectory.sources.corrected_moves import (
+    ARM,
+    CHANGES,
+    CYCLE_S,
+    FAST,
+    LIMITS,
+    NOMINAL,
+    SLOW,
+    START,
+    STEP,
+    line,
+)
 from tests.unit.robot_families import TORCH
-from tests.unit.six_axis_arm import arm, description
 
-CYCLE_S = 0.004
-STEP = 5
 BLOCK_S = STEP * CYCLE_S
-NOMINAL = 30
-ARM = arm()
-LIMITS = Limits.of(description())
-START = np.array([0.3, 0.2, 0.3, 0.1, 0.9, 0.2])
-CHANGES = CorrectionLimits(0.3, 2.0, 20.0, 0.5, 3.0, 30.0)
 COUNT_M = 1e-4
 
 
-def line(offset: tuple[float, float, float], speed_m_s: float | None = None) -> Line:
-    target = ARM.forward(START).copy()
-    target[:3, 3] += offset
-    return Line(target, speed_m_s, 1)
-
-
-SLOW = plan(ARM, Sequence([line((0.05, 0.15, -0.1), 0.1), line((0, 0, 0), 0.1)]), LIMITS, start=START, cycle_s=CYCLE_S)
-FAST = plan(ARM, Sequence([line((0.1, 0.4, -0.2)), line((0, 0, 0))]), LIMITS, start=START, cycle_s=CYCLE_S)
 OUT = np.array([0.3, 0.55, -1.0, 0.09, 1.8, 0.3])
 STRETCHED = plan(ARM, Sequence([JointMove(OUT + 0.2 * np.eye(6)[0], 0.3, 1)]), LIMITS, start=OUT, cycle_s=CYCLE_S)
 
