@@ -3,7 +3,7 @@
 from cell.geometry.box import Box, capsule_box_distance, point_box_distance
 from cell.geometry.convex import Convex, Hull
 from cell.geometry.errors import GeometryError, NoFrame, NotAPose, WrongShape
-from cell.geometry.frame import frame_from_axes, frame_from_points, largest_shift, largest_turn, taught_frame
+from cell.geometry.frame import frame_from_points, largest_shift, largest_turn, taught_frame
 from cell.geometry.measured import MEASURED, Measured, measured_solid
 from cell.geometry.mesh import Mesh
 from cell.geometry.occupied import OccupiedSpace, SpaceOf, body_touches, capsules_touch
@@ -49,7 +49,6 @@ __all__ = [
     "capsules_touch",
     "check_poses",
     "compose",
-    "frame_from_axes",
     "frame_from_points",
     "from_xyz_abc",
     "inverse",

@@ -68,13 +68,6 @@ class Convex:
         pose = box.pose_world_box
         return cls.of_points(_CORNERS * box.size @ pose[:3, :3].T + pose[:3, 3])
 
-    def heights(self, points: Array) -> Array:
-        """By how much `points` `(..., 3)` are beyond the plane they are farthest beyond, `(...)` [m]; below 0 inside.
-
-        Outside it is at most the distance, inside it is exactly minus the distance from the surface.
-        """
-        return np.asarray(self.beyond(points).max(axis=-1))
-
     def beyond(self, points: Array) -> Array:
         """By how much `points` `(..., 3)` are beyond each plane, `(..., k)` [m]."""
         return np.asarray(np.asarray(points) @ self.normals.T - self.offsets)

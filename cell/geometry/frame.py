@@ -9,8 +9,6 @@ SHORTEST_M = 1e-3
 """Points nearer to each other than this say nothing about a direction."""
 SMALLEST_ANGLE = np.radians(1.0)
 """Directions nearer to one line than this span no plane."""
-LARGEST_SKEW = np.radians(5.0)
-"""Measured axes farther from a right angle than this are a mistake of whoever measured them."""
 
 
 def frame_from_points(origin: Array, on_x: Array, in_xy: Array) -> Array:
@@ -83,25 +81,6 @@ def largest_shift(points: Array, error_m: float) -> float:
     share = foot / along
     of_line = error_m * (abs(1.0 - share) + abs(share))
     return float(2.0 * of_line + error_m + aside * min(2.0 * error_m / along, 1.0))
-
-
-def frame_from_axes(origin: Array, x_from: Array, x_to: Array, y_from: Array, y_to: Array) -> Array:
-    """Pose `(..., 4, 4)` of the frame with this origin and axes that point from one measured point to another.
-
-    X is taken exactly; Y is turned within the plane of both until it is perpendicular to X.
-
-    Raises:
-        WrongShape, NoFrame: as `frame_from_points`; also when the axes are more than 5 degrees from a right angle.
-    """
-    origin, x_from, x_to, y_from, y_to = _points(origin, x_from, x_to, y_from, y_to)
-    x_way, y_way = x_to - x_from, y_to - y_from
-    pose = _frame(origin, x_way, y_way)
-    skew = np.arcsin(np.clip(np.abs((_unit(x_way) * _unit(y_way)).sum(axis=-1)), 0, 1))
-    if (skew > LARGEST_SKEW).any():
-        worst = _first(skew > LARGEST_SKEW)
-        found = f"the axes are {90 - np.degrees(skew[worst]):.1f} deg apart"
-        raise NoFrame(worst, found, f"measure them again: allowed is up to {np.degrees(LARGEST_SKEW):.0f} deg from 90")
-    return pose
 
 
 def _points(*points: Array) -> tuple[Array, ...]:

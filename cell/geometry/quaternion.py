@@ -74,14 +74,3 @@ def multiply(left: Array, right: Array) -> Array:
         ],
         axis=-1,
     )
-
-
-def angle_between(start: Array, end: Array) -> Array:
-    """Angle of the shortest rotation between unit quaternions `(..., 4)`: `(...)` [rad], 0 to pi.
-
-    Exact at both ends of the range, where the arccosine of the scalar product loses half the digits.
-    """
-    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    shorter = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
-    angle: Array = 4 * np.arctan2(np.linalg.norm(a - shorter, axis=-1), np.linalg.norm(a + shorter, axis=-1))
-    return angle

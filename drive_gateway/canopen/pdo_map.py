@@ -55,8 +55,6 @@ OFFSETS = Struct("<ih")
 """Velocity offset [counts/s], torque offset [per mille of the motor's rated torque]."""
 INPUTS = Struct("<I")
 """Digital inputs."""
-OUTPUTS = Struct("<I")
-"""Digital outputs."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,8 @@
 the mounted tool in the robot's base frame; without a tool those of the flange.
 
 `load_model` reads a robot file and gives the `Model` of its family. On top: what all models answer (model, choice of
-the branch, tracking, mounting) and what open chains share (chain, serial, reach). Below: families/ with a closed form
-each, numeric/ for chains without one, urdf/ to read them.
+the branch, tracking) and what open chains share (chain, serial, reach). Below: families/ with a closed form each,
+numeric/ for chains without one, urdf/ to read them.
 """
 
 from robot_agent.kinematics.coupling import Coupling
@@ -21,7 +21,6 @@ from robot_agent.kinematics.errors import (
 from robot_agent.kinematics.families.six_axis import SixAxis
 from robot_agent.kinematics.loader import load_model, model_of
 from robot_agent.kinematics.model import Model
-from robot_agent.kinematics.mounting import Carrier, Fixed, LinearTrack, Turntable, tcp_in_base, tcp_in_world
 from robot_agent.kinematics.numeric.numeric_model import BareUrdf, NumericModel
 from robot_agent.kinematics.serial import SerialModel
 from robot_agent.kinematics.singularity import SingularityDistance
@@ -31,11 +30,8 @@ __all__ = [
     "BadInput",
     "BadModel",
     "BareUrdf",
-    "Carrier",
     "Coupling",
-    "Fixed",
     "KinematicsError",
-    "LinearTrack",
     "Model",
     "NotInUrdf",
     "NumericModel",
@@ -46,11 +42,8 @@ __all__ = [
     "SixAxis",
     "Solutions",
     "TrackError",
-    "Turntable",
     "UnknownName",
     "Unreachable",
     "load_model",
     "model_of",
-    "tcp_in_base",
-    "tcp_in_world",
 ]

@@ -203,14 +203,6 @@ class Model(ABC):
             speed = np.maximum(speed, np.linalg.norm(v + np.cross(w, flange @ pose[:3, 3]), axis=-1))
         return np.asarray(speed)
 
-    def joints_from_axes(self, axes: Array) -> Array:
-        """Axes `(..., n)` [rad or m], motors behind their gears -> joints: before `forward`."""
-        return self.coupling.joints(self.check_joints(axes, "axes"))
-
-    def axes_from_joints(self, q: Array) -> Array:
-        """Joints `(..., n)` [rad or m] -> axes: after `inverse`."""
-        return self.coupling.axes(self.check_joints(q))
-
     def reaches(self, poses: Array) -> Flags:
         """Poses `(..., 4, 4)` -> `(...)`: whether some joints inside the limits bring the TCP there."""
         return np.asarray(self.inverse(poses).in_limits.any(axis=-1))

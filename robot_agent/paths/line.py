@@ -64,11 +64,6 @@ class LineGeometry:
         """Nothing to do: start and target are the same pose."""
         return self.length_m == 0.0 and self.angle <= _SAME_ORIENTATION_RAD
 
-    @property
-    def twist(self) -> NDArray[np.float64]:
-        """`(6,)` linear then angular velocity of the TCP per unit of u, base axes."""
-        return np.concatenate([self.displacement, self.angle * self.axis])
-
     def poses(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         """TCP poses `(..., 4, 4)` at path parameters `u` `(...)`."""
         u = np.asarray(u, dtype=np.float64)

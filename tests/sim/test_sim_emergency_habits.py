@@ -3,8 +3,8 @@
 import pytest
 
 from drive_gateway.canopen.emcy import Meaning
-from drive_gateway.sim.traits.emergency import EMERGENCY
 from tests.sim.gateway_bench import GatewayBench, axis, settings
+from tests.sim.unkind.traits.emergency import EMERGENCY
 
 TRAITS = {trait.name: trait for trait in EMERGENCY}
 GOES_ON = {0x8110: Meaning("CAN overrun", "look at the bus load", stops=False)}

@@ -7,11 +7,11 @@ from cell.messages import AxisStatus, DisableDrives, Home, MoveAxes
 from drive_gateway.config.drive_units import drive_units
 from drive_gateway.config.settings import AxisSettings
 from drive_gateway.sim.drives.power_state import DriveState
-from drive_gateway.sim.traits.homing import HOMING
-from drive_gateway.sim.traits.trait import Trait
-from drive_gateway.sim.traits.units import UNITS
-from drive_gateway.sim.traits.values import VALUES
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
+from tests.sim.unkind.traits.homing import HOMING
+from tests.sim.unkind.traits.trait import Trait
+from tests.sim.unkind.traits.units import UNITS
+from tests.sim.unkind.traits.values import VALUES
 
 PER_TURN = 10_000
 DEGREE = np.radians(1.0)

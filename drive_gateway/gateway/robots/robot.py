@@ -31,7 +31,6 @@ HARMLESS = frozenset({Refusal.LATE, Refusal.POSITION, Refusal.VELOCITY, Refusal.
 """What a busy computer or a lost block brings about: the queue plays on, and the agent's next block joins it."""
 MANY = 100
 """So many harmless refusals, of the some 500 blocks that come meanwhile, are worth a warning."""
-RobotCall = Claim | Release | EnableDrives | DisableDrives | ResetDrives
 
 
 class Robot:

@@ -45,7 +45,7 @@ class DcBus:
         self._pending_j = 0.0
 
     def switch_supply(self, on: bool) -> None:
-        """The mains contactor."""
+        """The mains contactor, opened to play a loss of the mains."""
         self.supplied = on
         self.charged = self.charged and on
 

@@ -17,7 +17,6 @@ from drive_gateway.sim.services.dictionary import key_of
 from drive_gateway.sim.services.objects import AxisObjects
 
 INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION, CYCLIC_TORQUE = 7, 8, 10
-CYCLIC_MODES = (INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION, CYCLIC_TORQUE)
 
 _INTERPOLATE = 1 << 4
 _FOLLOWS_COMMAND = 1 << 12

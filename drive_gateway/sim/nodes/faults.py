@@ -35,11 +35,11 @@ class FaultsOnCommand:
         self.drives[axis - 1].input(bit, closed)
 
     def exchange_encoder(self, serial: int, axis: int = 1) -> None:
-        """The motor of an axis is replaced: another encoder answers."""
+        """Play that the motor of an axis is replaced: another encoder answers."""
         self.drives[axis - 1].reference.serial = serial
 
     def empty_battery(self, axis: int = 1) -> None:
-        """The battery of an axis' encoder runs empty; it says so until it has homed."""
+        """Play that the battery of an axis' encoder runs empty; it says so until it has homed."""
         self.drives[axis - 1].reference.battery_empty = True
 
     def raise_emergency(self, code: int, axis: int = 1) -> None:

@@ -44,12 +44,12 @@ class SimulatedIoNode(NodeServices):
         self._show()
 
     def raise_emergency(self, code: int) -> None:
-        """The node finds an error: EMCY with `code`. `end_emergency` ends it."""
+        """Play that the node finds an error: EMCY with `code`. `end_emergency` ends it."""
         self._failed.add(code)
         self._emergencies.occur(code)
 
     def end_emergency(self, code: int) -> None:
-        """The error is gone."""
+        """Play that the cause of an error is gone."""
         self._failed.discard(code)
         self._emergencies.vanish(code)
 

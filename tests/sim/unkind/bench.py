@@ -14,9 +14,9 @@ from drive_gateway.canopen.cob_id import SDO_FROM_NODE, SDO_TO_NODE, SYNC
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.sdo import Sdo, SdoDone
 from drive_gateway.config.settings import AxisSettings, GatewaySettings
-from drive_gateway.sim.traits.trait import Trait
 from tests.sim.bus import outcome_of, request_bytes
 from tests.sim.gateway_bench import GatewayBench, axis, homing, settings
+from tests.sim.unkind.traits.trait import Trait
 
 UNKIND, PLAIN = 1, 2
 UP_WITHIN_S = 60.0

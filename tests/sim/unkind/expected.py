@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from drive_gateway.canopen.emcy import Meaning
 from drive_gateway.canopen.pdo_map import OwnPdo
 from drive_gateway.config.settings import OwnObject
-from drive_gateway.sim.traits.register import TRAITS
 from tests.sim.unkind.bench import Changes
+from tests.sim.unkind.traits.register import TRAITS
 
 COMES_UP = "runs like any other drive"
 

@@ -9,11 +9,11 @@ import pytest
 from cell.messages import AxisStatus, Home, MoveAxes
 from drive_gateway.canopen.cob_id import SYNC
 from drive_gateway.sim.nodes.node import SimulatedNode
-from drive_gateway.sim.traits.habits import answers_late
-from drive_gateway.sim.traits.register import TRAITS
-from drive_gateway.sim.traits.trait import Trait
 from tests.sim.unkind.bench import PLAIN, UNKIND, WAY, Changes, Refused, UnkindBench, life, lived
 from tests.sim.unkind.expected import REFUSED, TOLD, table
+from tests.sim.unkind.traits.habits import answers_late
+from tests.sim.unkind.traits.register import TRAITS
+from tests.sim.unkind.traits.trait import Trait
 from tests.unit.repository import ROOT
 
 HELPED = [name for name, expected in REFUSED.items() if expected.helped_by is not None]

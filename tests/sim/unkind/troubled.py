@@ -13,9 +13,9 @@ from cell.messages import AcceptPosition, EnableDrives, HoldSetup, Home, MoveAxe
 from drive_gateway.canopen.cob_id import EMCY, ERROR_CONTROL, SDO_FROM_NODE, SYNC, TPDO1
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.gateway.bus.bus_news import BusBack, BusDisturbed, BusFailed, SecondMaster
-from drive_gateway.sim.traits.register import TRAITS
 from tests.sim.unkind.bench import AT_REST, BRAKE, MOVE_S, PLAIN, UNKIND, WAY, Changes, Refused, UnkindBench
 from tests.sim.unkind.expected import REFUSED
+from tests.sim.unkind.traits.register import TRAITS
 
 TROUBLED_S = 8.0
 CALM_S = 1.5

@@ -7,7 +7,6 @@ from cell.geometry import (
     NoFrame,
     WrongShape,
     check_poses,
-    frame_from_axes,
     frame_from_points,
     from_xyz_abc,
     largest_shift,
@@ -30,11 +29,6 @@ def at(x: float, y: float, z: float = 0.0) -> np.ndarray:
 def test_three_measured_points_give_the_frame() -> None:
     found = frame_from_points(at(0, 0), at(0.7, 0), at(-0.2, 0.5))
     np.testing.assert_allclose(check_poses(found), POSES, atol=1e-12)
-
-
-def test_two_points_along_each_axis_give_the_frame_too() -> None:
-    found = frame_from_axes(at(0, 0), at(0.1, 0.3), at(0.9, 0.3), at(0.2, -0.1), at(0.2, 0.6))
-    np.testing.assert_allclose(found, POSES, atol=1e-12)
 
 
 def test_the_origin_of_three_points_is_the_foot_of_the_third_on_x_or_a_fourth() -> None:
@@ -91,11 +85,6 @@ def test_points_nearer_to_each_other_than_their_errors_allow_any_turn() -> None:
     assert largest_turn(np.array([[0.0, 0, 0], [0.0015, 0, 0], [0, 0.3, 0]]), 0.001) == np.pi
 
 
-def test_x_is_taken_exactly_and_y_made_perpendicular() -> None:
-    pose = frame_from_axes(np.zeros(3), np.zeros(3), np.array([1.0, 0, 0]), np.zeros(3), np.array([0.05, 1.0, 0]))
-    np.testing.assert_allclose(pose, np.eye(4), atol=1e-15)
-
-
 @pytest.mark.parametrize(
     ("on_x", "in_xy", "defect"),
     [
@@ -108,12 +97,6 @@ def test_x_is_taken_exactly_and_y_made_perpendicular() -> None:
 def test_points_that_determine_no_frame_are_refused(on_x: list, in_xy: list, defect: str) -> None:
     with pytest.raises(NoFrame, match=defect):
         frame_from_points(np.zeros(3), np.array(on_x, dtype=float), np.array(in_xy, dtype=float))
-
-
-def test_skew_axes_are_refused_with_the_angle_and_the_place() -> None:
-    y_to = np.array([[0.0, 1, 0], [0.5, 0.5, 0]])
-    with pytest.raises(NoFrame, match=r"points\[1\]: the axes are 45\.0 deg apart"):
-        frame_from_axes(np.zeros(3), np.zeros(3), np.array([1.0, 0, 0]), np.zeros((2, 3)), y_to)
 
 
 def test_points_have_three_coordinates() -> None:

@@ -32,8 +32,3 @@ def test_matrix_to_quaternion_is_exact_for_small_angles_and_half_turns(axis: tup
     sign = np.sign(found @ q)
     np.testing.assert_allclose(found * sign, q, atol=1e-14)
     assert found[3] >= 0
-
-
-def test_angle_is_exact_for_tiny_rotations() -> None:
-    tiny = np.array([np.sin(5e-10), 0.0, 0.0, np.cos(5e-10)])
-    assert quaternion.angle_between(np.array([0.0, 0.0, 0.0, 1.0]), tiny) == np.float64(1e-9)

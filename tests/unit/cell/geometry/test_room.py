@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cell.geometry import Box, Convex, GeometryError, Hull, Room, pose_from
+from tests.unit.cell.geometry.convex_height import height
 
 RNG = np.random.default_rng(5)
 SHARES = np.linspace(0.0, 1.0, 41)
@@ -45,9 +46,9 @@ def border(parts: tuple[Convex, ...]) -> np.ndarray:
             u, v = (np.append(np.arange(a, b, STEP_M), b) for a, b in zip(low, high, strict=True))
             grid = face[0] + u[:, None, None] * x + v[:, None] * y
             points = grid.reshape(-1, 3)
-            points = points[part.heights(points) < 1e-9]
+            points = points[height(part, points) < 1e-9]
             outer = points + 1e-5 * normal
-            found.append(points[np.min([other.heights(outer) for other in parts], axis=0) > 0.0])
+            found.append(points[np.min([height(other, outer) for other in parts], axis=0) > 0.0])
     return np.concatenate(found)
 
 
@@ -64,7 +65,7 @@ def test_the_clearance_in_a_union_is_that_of_its_border(name: str, ends: np.ndar
     parts = UNIONS[name]
     exact = float(Room(parts, (0.0,) * len(parts)).capsule_distance(ends, np.array(0.0)))
     along = ends[0] + SHARES[:, None] * (ends[1] - ends[0])
-    out = np.min([part.heights(along) for part in parts], axis=0)
+    out = np.min([height(part, along) for part in parts], axis=0)
     sampled = float(np.linalg.norm(along[:, None] - BORDERS[name], axis=-1).min())
     slack = STEP_M + np.linalg.norm(ends[1] - ends[0]) / (len(SHARES) - 1)
     if out.max() > 1e-5:
@@ -129,7 +130,7 @@ def test_a_hull_of_random_points_holds_them_and_no_more() -> None:
     for _ in range(20):
         points = RNG.normal(size=(RNG.integers(4, 20), 3))
         hull = Convex.of_points(points)
-        assert hull.heights(points).max() < 1e-6
+        assert height(hull, points).max() < 1e-6
         corners = {tuple(corner) for face in hull.faces for corner in face}
         assert corners <= {tuple(point) for point in points}
         edges = sum(len(face) for face in hull.faces) / 2
@@ -169,4 +170,4 @@ def _any_part(rng: np.random.Generator) -> Convex:
 
 
 def _all_in(parts: tuple[Convex, ...], points: np.ndarray) -> bool:
-    return bool((np.min([part.heights(points) for part in parts], axis=0) <= 1e-6).all())
+    return bool((np.min([height(part, points) for part in parts], axis=0) <= 1e-6).all())

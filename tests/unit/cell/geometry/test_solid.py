@@ -21,6 +21,7 @@ from cell.geometry import (
     pose_from,
 )
 from tests.unit.block_mesh import block, obj_file
+from tests.unit.cell.geometry.convex_height import height
 
 RNG = np.random.default_rng(11)
 TURNED = pose_from(np.array([0.3, -0.2, 0.5]), np.array([0.1, 0.2, 0.3, 0.9]) / np.linalg.norm([0.1, 0.2, 0.3, 0.9]))
@@ -61,7 +62,7 @@ def test_the_depth_in_a_convex_solid_is_the_greatest_along_the_axis(
         solid, heights = Box(SIZE, pose), (np.abs(local) - SIZE / 2.0).max(axis=-1)
     elif which == "hull":
         solid = HULLS[upright]
-        heights = solid.convex.heights(places)
+        heights = height(solid.convex, places)
     else:
         length = 1.2 if which == "column" else 0.4
         solid = Cylinder(0.4, length, pose)

@@ -85,7 +85,8 @@ def test_line_stays_on_its_geometry_inside_all_limits(
     if line.length_m > 1e-4:
         turns = np.array([pin.log3(pose[:3, :3] @ poses[0, :3, :3].T) for pose in poses])
         ways = np.hstack([poses[:, :3, 3] - poses[0, :3, 3], turns])
-        along = ways @ line.twist / (line.twist @ line.twist)
+        twist = np.concatenate([line.displacement, line.angle * line.axis])
+        along = ways @ twist / (twist @ twist)
         np.testing.assert_allclose(poses, line.poses(along), atol=1e-6)
         assert motion.tcp_speed(motion.grid).max() <= (speed or LIMITS.path.speed_m_s) * 1.001
     np.testing.assert_allclose(motion.pose(np.array(motion.duration_s)), target, atol=1e-9)

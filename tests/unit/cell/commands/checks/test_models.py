@@ -54,7 +54,7 @@ def test_lengths_of_slides_are_in_metres_and_turns_in_radians() -> None:
 def test_coupling_and_tools_come_from_the_file(tmp_path: Path) -> None:
     copy = Copy(tmp_path).add("models/palletizer.yaml", "tool: cups")
     model = load_model(copy.folder / "models/palletizer.yaml")
-    np.testing.assert_allclose(model.axes_from_joints(np.array([0.1, 0.2, 0.3, 0.4])), [0.1, 0.2, 0.5, 0.4])
+    np.testing.assert_allclose(model.coupling.axes(np.array([0.1, 0.2, 0.3, 0.4])), [0.1, 0.2, 0.5, 0.4])
     assert model.description.tool is not None
     assert model.description.tool.mass_kg == 18
     np.testing.assert_allclose(model.forward(model.home)[2, 3], model.links(model.home)[-1, 2, 3] - 0.18)

@@ -7,7 +7,7 @@ from io import StringIO
 
 import canopen
 
-from drive_gateway.sim.drives.cyclic_modes import CYCLIC_MODES
+from drive_gateway.sim.drives.cyclic_modes import CYCLIC_SYNCHRONOUS_POSITION, CYCLIC_TORQUE, INTERPOLATED_POSITION
 from drive_gateway.sim.drives.setup_modes import SETUP_MODES
 from drive_gateway.sim.services.dictionary import key_of, load_dictionary
 
@@ -33,7 +33,8 @@ def test_device_type_says_servo_drive_of_cia_402() -> None:
 
 def test_every_mode_that_the_drive_takes_is_one_that_it_says_to_support() -> None:
     supported = load_dictionary().entries[key_of(0x6502)].default
-    assert supported == sum(1 << mode - 1 for mode in (*CYCLIC_MODES, *SETUP_MODES))
+    cyclic = INTERPOLATED_POSITION, CYCLIC_SYNCHRONOUS_POSITION, CYCLIC_TORQUE
+    assert supported == sum(1 << mode - 1 for mode in (*cyclic, *SETUP_MODES))
 
 
 def test_limits_come_from_the_type_where_the_eds_names_none() -> None:

@@ -26,7 +26,7 @@ def step_until(world: AgentWorld, mode: Mode | None = None, state: ProgramState 
 
 def test_a_program_in_joints_ends_at_the_axes_that_the_gears_ask_for() -> None:
     world = AgentWorld("MJ J1=20 J4=90 J5=51.8 J6=58.83\nEND", arm=ARM)
-    world.commanded = ARM.axes_from_joints(ARM.home)
+    world.commanded = ARM.coupling.axes(ARM.home)
     step_until(world, mode=Mode.DISABLED)
     np.testing.assert_allclose(world.state.joints, ARM.home, atol=1e-9)
     world.call(Enable())
@@ -40,7 +40,7 @@ def test_a_program_in_joints_ends_at_the_axes_that_the_gears_ask_for() -> None:
 
 def test_the_speeds_of_a_block_are_those_of_the_axes() -> None:
     world = AgentWorld("MJ J4=90\nEND", arm=ARM)
-    world.commanded = ARM.axes_from_joints(ARM.home)
+    world.commanded = ARM.coupling.axes(ARM.home)
     step_until(world, mode=Mode.DISABLED)
     world.call(Enable())
     step_until(world, mode=Mode.READY)

@@ -28,7 +28,7 @@ def _arm(masses: tuple[LinkMass, ...] = MASSES) -> Model:
 
 def _ran(asked: bool, arm: Model) -> AgentWorld:
     world = AgentWorld("MJ J1=20 J2=10 J4=90\nEND", arm=arm)
-    world.torques, world.commanded = asked, arm.axes_from_joints(HOME)
+    world.torques, world.commanded = asked, arm.coupling.axes(HOME)
     _until(world, lambda: bool(world.states) and world.state.mode is Mode.DISABLED)
     world.call(Enable())
     _until(world, lambda: world.state.mode is Mode.READY)
@@ -51,11 +51,11 @@ def test_each_sample_has_the_torque_of_its_motion_and_the_last_one_carries_the_a
     assert torques is not None
     for block in world.blocks:
         assert block.torque is not None
-        rest = arm.joints_from_axes(block.position[-1:])
+        rest = arm.coupling.joints(block.position[-1:])
         np.testing.assert_allclose(block.torque[-1:], torques.standing(rest), atol=1e-6)
     block = max(world.blocks, key=lambda block: float(np.abs(np.diff(block.velocity, axis=0)).max()))
     assert block.torque is not None
-    q, qd = arm.joints_from_axes(block.position), arm.joints_from_axes(block.velocity)
+    q, qd = arm.coupling.joints(block.position), arm.coupling.joints(block.velocity)
     slope = (qd[2:] - qd[:-2]) / (2 * CYCLE_S)
     expected = torques.of(q[1:-1], qd[1:-1], slope)
     moving = np.abs(expected - torques.standing(q[1:-1])).max(axis=0)

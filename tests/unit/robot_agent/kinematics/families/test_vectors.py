@@ -75,8 +75,8 @@ def test_axes_and_joints_of_the_palletizer_differ_by_its_coupling() -> None:
     model = robot("palletizer", coupling=np.array(VECTORS["palletizer"]["coupling"], dtype=float))
     for case in VECTORS["palletizer"]["forward"]:
         axes, joints = np.radians(case["axes"]), np.radians(case["joints"])
-        np.testing.assert_allclose(model.joints_from_axes(axes), joints, atol=1e-15)
-        np.testing.assert_allclose(model.axes_from_joints(joints), axes, atol=1e-15)
+        np.testing.assert_allclose(model.coupling.joints(axes), joints, atol=1e-15)
+        np.testing.assert_allclose(model.coupling.axes(joints), axes, atol=1e-15)
 
 
 @pytest.mark.parametrize("case", VECTORS["scara"]["turns"])

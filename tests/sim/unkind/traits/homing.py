@@ -1,7 +1,7 @@
 """Habits of real drives in homing, in moves of their own, at rest and in a fault."""
 
 from drive_gateway.sim.nodes.node import SimulatedNode
-from drive_gateway.sim.traits.trait import Trait
+from tests.sim.unkind.traits.trait import Trait
 
 LATE_S = 0.02
 REACHED_LASTS_S = 0.06

@@ -7,8 +7,8 @@ from drive_gateway.sim.drives.drive import CONTROLWORD
 from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.services.abort import Abort, AccessRefused
-from drive_gateway.sim.traits.habits import answers_late, refuses, sends
-from drive_gateway.sim.traits.trait import Trait
+from tests.sim.unkind.traits.habits import answers_late, refuses, sends
+from tests.sim.unkind.traits.trait import Trait
 
 _POWER_ON_S, _RESET_S = 30.0, 2.5
 _SLOW_S, _TOO_SLOW_S = 0.1, 0.8

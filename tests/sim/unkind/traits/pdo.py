@@ -16,8 +16,8 @@ from drive_gateway.sim.services.pdo import (
     TPDO_COMMUNICATION,
     TPDO_MAPPING,
 )
-from drive_gateway.sim.traits.habits import constant, refuses, sends
-from drive_gateway.sim.traits.trait import Trait
+from tests.sim.unkind.traits.habits import constant, refuses, sends
+from tests.sim.unkind.traits.trait import Trait
 
 _COMMAND = (0x60400010, 0x607A0020)
 _STATUS = (0x60410010, 0x60640020)

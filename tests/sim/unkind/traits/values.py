@@ -6,8 +6,8 @@ from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.services.abort import Abort, AccessRefused
 from drive_gateway.sim.services.dictionary import key_of
-from drive_gateway.sim.traits.habits import constant, refuses
-from drive_gateway.sim.traits.trait import Trait
+from tests.sim.unkind.traits.habits import constant, refuses
+from tests.sim.unkind.traits.trait import Trait
 
 _QUICK_STOP_STAYS, _QUICK_STOP_OFF = 6, 2
 _STATUSWORD = key_of(0x6041)

@@ -10,8 +10,8 @@ from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.sim.drives.power_state import DriveState
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.services.dictionary import key_of
-from drive_gateway.sim.traits.habits import sends
-from drive_gateway.sim.traits.trait import Trait
+from tests.sim.unkind.traits.habits import sends
+from tests.sim.unkind.traits.trait import Trait
 
 _PRODUCER = key_of(0x1017)
 _STEP_MS = 16

@@ -6,8 +6,8 @@ from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.sim.drives.drive import Drive
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.services.dictionary import key_of
-from drive_gateway.sim.traits.habits import number, sends
-from drive_gateway.sim.traits.trait import Trait
+from tests.sim.unkind.traits.habits import number, sends
+from tests.sim.unkind.traits.trait import Trait
 
 COUNTS_PER_TURN = 10_000
 """Of a motor whose encoder has no index pulse, where nothing says it."""

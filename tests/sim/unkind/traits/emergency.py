@@ -5,7 +5,7 @@ from collections.abc import Callable
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.canopen.nmt import NmtState
 from drive_gateway.sim.nodes.node import SimulatedNode
-from drive_gateway.sim.traits.trait import Trait
+from tests.sim.unkind.traits.trait import Trait
 
 _GENERIC, _TEMPERATURE, _COMMUNICATION = 0x01, 0x08, 0x10
 _ERROR_PASSIVE, _OVERRUN, _HOT, _NO_ERROR = 0x8120, 0x8110, 0x4310, 0x0000

@@ -6,8 +6,8 @@ from drive_gateway.sim.drives.drive import CONTROLWORD
 from drive_gateway.sim.nodes.node import SimulatedNode
 from drive_gateway.sim.services.abort import Abort, AccessRefused
 from drive_gateway.sim.services.dictionary import key_of
-from drive_gateway.sim.traits.habits import constant, number, refuses, sends
-from drive_gateway.sim.traits.trait import Trait
+from tests.sim.unkind.traits.habits import constant, number, refuses, sends
+from tests.sim.unkind.traits.trait import Trait
 
 _PRODUCES = 1 << 30
 _ENABLE = 0x0F
