@@ -23,7 +23,7 @@ class Excerpt:
 
 
 def excerpt(program: Program, first_line: int | None, last_line: int | None, *, dry: bool) -> Excerpt:
-    """The program from `first_line` on, up to and with `last_line`; None: all there is before, or behind, it.
+    """The program from `first_line` on, up to and with `last_line`; None: all there is before, or after, it.
 
     It begins with what the lines before would have made of speeds, frame, tool, spaces and all else that holds from a
     line on, each of them once and in the order of the file; variables and what is switched are not among that. With
@@ -38,7 +38,7 @@ def excerpt(program: Program, first_line: int | None, last_line: int | None, *, 
     if first:
         _hold_from(program.statements[:first], begins)
     if begins.tracking:
-        raise NotThere(f"line {first_line} stands between TRACK and TRACK OFF: begin at the TRACK, or behind TRACK OFF")
+        raise NotThere(f"line {first_line} stands between TRACK and TRACK OFF: begin at the TRACK, or after TRACK OFF")
     begins.index, begins.switched, begins.variables = first, 0, {}
     if last_line is not None:
         last = _place(program, last_line, "end")[-1]
@@ -61,7 +61,7 @@ def _place(program: Program, line: int, what: str) -> list[int]:
         raise NotThere(f"the program cannot {what} at line {line}, which has no statement; the nearest is line {near}")
     inside = sum(isinstance(each, If) - isinstance(each, EndIf) for each in statements[: places[0]])
     if inside or isinstance(statements[places[0]], EndIf):
-        raise NotThere(f"the program cannot {what} at line {line}, inside an IF: take a line before or behind it")
+        raise NotThere(f"the program cannot {what} at line {line}, inside an IF: take a line before or after it")
     if places[0] not in _main(statements):
         raise NotThere(f"the program cannot {what} at line {line}, in a subroutine: take the line of its SUB")
     return places
@@ -90,7 +90,7 @@ def _hold_from(statements: Collection[Statement], walk: Walk) -> None:
 
 
 def _ended(program: Program, last: int, begin: int) -> tuple[Program, int]:
-    """The program with an END behind a place, and where the place `begin` is in it."""
+    """The program with an END after a place, and where the place `begin` is in it."""
     places = [place if place <= last else place + 1 for place in range(len(program.statements) + 1)]
     made = [each.moved(places) for each in program.statements]
     made.insert(last + 1, End(program.statements[last].line))

@@ -13,7 +13,7 @@ _Edges = Sequence[Collection[int]]
 def mistakes_of_flow(statements: Sequence[Statement], file_ends: Collection[int]) -> Iterator[ProgramProblem]:
     """Code that no line leads to, loops in which no time passes, subroutines without END or that call themselves.
 
-    `file_ends` are the places behind the last statement of each file.
+    `file_ends` are the places after the last statement of each file.
     """
     count = len(statements)
     edges = [[to for to in each.leads_to(place) if to < count] for place, each in enumerate(statements)]

@@ -173,7 +173,7 @@ def _unreadable(column: int, text: str) -> Mistake:
         return Mistake(column, f"`{shown}`", "a comment that ends in its line: (text), none inside another")
     if text.startswith(("#", "[")):
         return Mistake(column, f"`{shown}`", "numbers: let the CAM system write no variables and no expressions")
-    return Mistake(column, f"`{shown}`", "letters with their numbers, as in X12.5; comments in ( ) or behind ;")
+    return Mistake(column, f"`{shown}`", "letters with their numbers, as in X12.5; comments in ( ) or after ;")
 
 
 class _Machine:
@@ -376,7 +376,7 @@ class _Machine:
         known, ends = ([value for value in each if value is not None] for each in (before or [], place))
         if len(known) < 3 or len(ends) < 3:
             found = f"G{self._motion // 10} from a place that the file has not said"
-            raise Mistake(word.column, found, "G0 or G1 to X, Y and Z before it, behind a change of the tool too")
+            raise Mistake(word.column, found, "G0 or G1 to X, Y and Z before it, after a change of the tool too")
         start, end = ([each[axis] for axis in self._plane] for each in (known, ends))
         circle = _Circle.of(self._centre(word, middle, start, end), start, end, 1.0 if self._motion == 30 else -1.0)
         circle.check(word)

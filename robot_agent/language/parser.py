@@ -43,7 +43,7 @@ class _Reader:
         self.lines: list[str] = []
         self.problems: list[ProgramProblem] = []
         self.ends: list[int] = []
-        """Places behind the last statement of each file."""
+        """Places after the last statement of each file."""
         self._names, self._folder = names, folder
         self._linked: list[tuple[str, int, int, Callable[[], Statement]]] = []
         """File, lines before it, place and maker of each statement that is made once all are read."""

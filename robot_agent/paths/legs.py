@@ -68,7 +68,7 @@ def legs(
         try:
             whole = legs([*blocks, (last + 1, following)], start, arrival)
         except PathError as error:
-            if error.block <= last:
+            if error.move <= last:
                 raise
             return legs(blocks, start, arrival)
         return [leg for leg in whole if leg.block <= last]

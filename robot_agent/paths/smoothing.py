@@ -1,7 +1,7 @@
 """Lines and arcs within a tolerance: many short ones become a few smooth curves, corners stay corners.
 
 A vertex is a corner where the direction turns by more than `CORNER_RAD` at once, seen over twice the tolerance of the
-way before and behind it: the path ends there, exactly. Where the way bends over several short lines there is none.
+way before and after it: the path ends there, exactly. Where the way bends over several short lines there is none.
 """
 
 import math
@@ -28,7 +28,7 @@ from robot_agent.paths.transition import Continuity, Passing, Transition
 CORNER_RAD = np.radians(30.0)
 """A vertex that turns more is a corner."""
 _SEEN = 2.0
-"""Tolerances of the way, before and behind a vertex, over which its turn is seen."""
+"""Tolerances of the way, before and after a vertex, over which its turn is seen."""
 _AT_ONCE = 0.75
 """Share of the turn seen over twice that way that a corner makes: a circle has half of it."""
 _SAME = 0.02

@@ -284,7 +284,7 @@ class _Paths:
         try:
             paths = smoothed(moves, aimed, start, entry, lines, self._limits.shaping.blend_m)
         except PathError as error:
-            raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error
+            raise PlanError(error.move, self._blocks[error.move].line, error.reason, error.hint) from error
         made: list[JointPath] = []
         for path in paths:
             made.append(self._follow(path, made[-1].end() if made else q))
@@ -338,7 +338,7 @@ class _Paths:
             made = legs(blocks, self._model.forward(q), arrival, departure, following)
             return pose_paths(made, self._limits.shaping.blend_m)
         except PathError as error:
-            raise PlanError(error.block, self._blocks[error.block].line, error.reason, error.hint) from error
+            raise PlanError(error.move, self._blocks[error.move].line, error.reason, error.hint) from error
 
     def _follow(self, path: PosePath, start: NDArray[np.float64]) -> JointPath:
         def refuse(

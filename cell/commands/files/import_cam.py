@@ -25,7 +25,7 @@ def import_(
     ] = None,
     replace: Annotated[bool, typer.Option("--replace", help="Write over a program that is there.")] = False,
 ) -> None:
-    """Write a CAM file as a robot program: what `CALL FILE` runs, line by line, each block behind its line as comment.
+    """Write a CAM file as a robot program: what `CALL FILE` runs, each line of the file as a comment after its moves.
 
     Under `cam` the points file says what M3, T and S do, and how fast G0 is; docs/gcode.md has the codes. All mistakes
     are told with their lines, and nothing is written then.
@@ -62,7 +62,7 @@ def _cam(file: Path) -> CamSettings:
 
 
 def _program(text: str, name: str, cam: CamSettings) -> str:
-    """The program; a block stands behind the first of its statements, or alone where it has none."""
+    """The program; a line of the file stands after the first of its statements, or alone where it has none."""
     blocks = text.splitlines()
     lines, done = [f"; {name}, written by cell import"], 0
     for line, _, statement in statements_of(text, cam, lambda _line, _mistake: None):

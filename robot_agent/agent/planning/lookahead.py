@@ -317,7 +317,7 @@ class Lookahead:
         return True
 
     def _ends_before(self, failed: PlanFailed) -> bool:
-        """Whether some of the steps can be planned without the one that cannot; the program ends behind these.
+        """Whether some of the steps can be planned without the one that cannot; the program ends after these.
 
         Not the points of a spline in front of it: without that move they would be another curve.
         """

@@ -93,7 +93,7 @@ class Planner:
             aside = tolerance_of(request.steps[-1]) is not None
             return replace(result, aimed=pose) if aside and isinstance(result, Planned) else result
         except PlanError as error:
-            return PlanFailed(request.id, error.line, str(error), error.block)
+            return PlanFailed(request.id, error.line, str(error), error.move)
         except KinematicsError as error:
             return PlanFailed(request.id, request.line, f"line {request.line}: {error}")
 
@@ -246,7 +246,7 @@ class Planner:
     def _blocks(
         self, steps: tuple[MotionStep, ...], q: NDArray[np.float64], pose: NDArray[np.float64]
     ) -> tuple[list[Block], NDArray[np.float64], NDArray[np.float64]]:
-        """Steps from joints `q` `(n,)` and pose `(4, 4)` of the TCP as blocks; joints and pose behind them."""
+        """Steps from joints `q` `(n,)` and pose `(4, 4)` of the TCP as blocks; joints and pose after them."""
         blocks: list[Block] = []
         for step in steps:
             try:

@@ -58,7 +58,7 @@ class ReadAhead:
         self.lasting_s += sum(seconds for _, seconds in made)
 
     def end(self, steps: Iterable[Step], failed: PlanFailed) -> None:
-        """These steps are the next ones, and the program ends behind them."""
+        """These steps are the next ones, and the program ends after them."""
         self._steps.clear()
         self.lasting_s = 0.0
         self.give_back(steps)

@@ -73,26 +73,26 @@ def _smoothed(pieces: Pieces, window_s: float, from_s: float = 0.0) -> Pieces:
 
     They begin with what leaves the filter when the value at `from_s` [s], on a multiple of a cell, enters it.
     """
-    behind = _Behind(pieces, window_s)
-    first, last, cell_s = round(from_s / behind.cell_s), behind.last, behind.cell_s
+    filtered = _Filtered(pieces, window_s)
+    first, last, cell_s = round(from_s / filtered.cell_s), filtered.last, filtered.cell_s
     stride = max(1, math.floor(min(_LONGEST_PIECE_S, window_s / 4.0) / cell_s))
     kept = np.append(np.arange(first, last, stride), last)
     if len(kept) > _MOST_EVEN:  # a slow motion has as many as its way needs, as what it is filtered from
         kept = np.unique(np.ceil(np.append(pieces.knots, [0.0, np.inf]) / cell_s).clip(first, last).astype(np.intp))
-    kept = kept[(kept < behind.late) | (kept == last)]
+    kept = kept[(kept < filtered.late) | (kept == last)]
     while True:
-        t = behind.times(kept)
-        made = Pieces.through(t - t[0], *behind.states(kept))
+        t = filtered.times(kept)
+        made = Pieces.through(t - t[0], *filtered.states(kept))
         inner = kept[:-1, None] + np.rint(np.diff(kept)[:, None] * np.arange(1, stride) / stride).astype(np.intp)
         inner = np.setdiff1d(inner, kept)
-        inner = inner[inner < behind.late]
-        away = np.abs(made.position(behind.times(inner) - t[0]) - behind.states(inner)[0]).max(axis=1)
+        inner = inner[inner < filtered.late]
+        away = np.abs(made.position(filtered.times(inner) - t[0]) - filtered.states(inner)[0]).max(axis=1)
         if not (away > _EXACT).any():
             return made
         kept = np.union1d(kept, inner[away > _EXACT])
 
 
-class _Behind:
+class _Filtered:
     """What leaves the filter, at multiples of a cell of its window."""
 
     def __init__(self, pieces: Pieces, window_s: float) -> None:

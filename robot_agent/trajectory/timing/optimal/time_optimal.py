@@ -47,10 +47,11 @@ MARGIN = 1.001
 _CERTAIN = 1.0005
 """Limits are tightened by so much more than they are exceeded; all of a motion may be slowed down by as much."""
 _EASABLE = (1.02, 1.05)
-"""What has to be so much slower, or less, is not searched again but eased: after the first attempt, after others."""
+"""A motion that would have to be slower as a whole by up to this factor is not searched again: it is slowed down around
+the places that exceed a limit (`_eased`). The first factor counts after the first search, the other one later."""
 _EASINGS = 11
 _ROUGH = 2.0
-"""What has to be so much slower has intervals that are too long: shorter ones come first."""
+"""A motion that would have to be slower by more than this factor has too long intervals: it gets shorter ones."""
 _QUARTERS = 4.0
 """What a stretch allows counts for the joints' speed a quarter of a piece before and after it, too."""
 

@@ -279,10 +279,10 @@ def test_the_end_of_a_program_switches_off_what_it_has_switched_on(end: str) -> 
     assert "RESET DO spindle" not in behind(f"M3\nM5\n{end}")[4:]
 
 
-def test_behind_a_tool_change_the_robot_is_anywhere() -> None:
+def test_after_a_tool_change_the_robot_is_anywhere() -> None:
     assert behind("G1 X1 A0 B0 C0\nT2 M6\nG1 X1")[1:] == ["CALL change.prog", "ML X=1 Y=0 Z=0 A=0 B=0 C=0 F=10"]
     assert mistakes(f"{AT}T2 M6\nG2 I5") == [
-        "3:4: G2 from a place that the file has not said, allowed G0 or G1 to X, Y and Z before it, behind a change of "
+        "3:4: G2 from a place that the file has not said, allowed G0 or G1 to X, Y and Z before it, after a change of "
         "the tool too"
     ]
 
@@ -329,7 +329,7 @@ def test_a_per_cent_sign_begins_and_ends_a_file() -> None:
         ("X1 U2", "2:4: `U2`, allowed words with A B C, F G I J K M N P R S T, X Y Z"),
         ("H1", "2:1: `H1`, allowed H with G43"),
         ("I1", "2:1: `I1`, allowed I, J, K and R with G2 and G3"),
-        ("G1 X#1", "2:4: `X#1`, allowed letters with their numbers, as in X12.5; comments in ( ) or behind ;"),
+        ("G1 X#1", "2:4: `X#1`, allowed letters with their numbers, as in X12.5; comments in ( ) or after ;"),
         ("#1=5", "2:1: `#1=5`, allowed numbers: let the CAM system write no variables and no expressions"),
         ("X1 (no end", "2:4: `(no end`, allowed a comment that ends in its line: (text), none inside another"),
         ("X1e5", "2:3: `e5`, allowed words with A B C, F G I J K M N P R S T, X Y Z"),

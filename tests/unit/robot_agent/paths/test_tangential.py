@@ -87,7 +87,7 @@ def test_straight_up_the_tool_has_no_direction() -> None:
         planned(
             Line(at(y_mm=50), None, 6, tangential_rad=0.0), Line(at(y_mm=50, z_mm=100), None, 7, tangential_rad=0.0)
         )
-    assert caught.value.block == 1
+    assert caught.value.move == 1
 
 
 ANGLE = st.floats(-3.0, 3.0)

@@ -180,9 +180,9 @@ class TestWristSingularity:
 
     def test_through_it_planning_fails_and_says_where_and_what_to_do(self) -> None:
         start, line = self.line(2.66)
-        with pytest.raises(PlanError, match=r"line 5, block 0.*use a joint move") as caught:
+        with pytest.raises(PlanError, match=r"line 5.*use a joint move") as caught:
             plan(arm(position_deg=720.0), Sequence([line]), LIMITS, start=start)
-        assert (caught.value.block, caught.value.joint, caught.value.limit) == (0, "J4", "velocity")
+        assert (caught.value.move, caught.value.joint, caught.value.limit) == (0, "J4", "velocity")
         assert caught.value.pose is not None
         assert abs(caught.value.pose[1, 3]) < 0.02
 
@@ -242,13 +242,13 @@ class TestWristSingularity:
         moves = [self.part(-0.06, True), self.part(0.06, False), self.part(0.15, True)]
         with pytest.raises(PlanError, match="use a joint move") as caught:
             plan(arm(position_deg=720.0), Sequence(moves), LIMITS, start=start)
-        assert caught.value.block == 1
+        assert caught.value.move == 1
 
 
 def test_target_outside_a_joints_range_is_named() -> None:
     with pytest.raises(PlanError, match=r"joint J3 would need 229.18 deg, allowed -180.00 to") as caught:
         planned(JointMove(START, 1.0, 3), JointMove(np.array([0, 0, 4.0, 0, 0, 0]), 1.0, 4))
-    assert (caught.value.block, caught.value.line, caught.value.joint, caught.value.limit) == (1, 4, "J3", "position")
+    assert (caught.value.move, caught.value.line, caught.value.joint, caught.value.limit) == (1, 4, "J3", "position")
 
 
 def test_joint_that_stands_outside_its_range_may_stay_and_may_come_back() -> None:
@@ -310,7 +310,7 @@ def test_a_path_that_would_need_joints_without_end_is_refused_where_they_are_mis
     monkeypatch.setattr(follow, "_TOLERANCE", 1e-17)  # nothing is as exact
     monkeypatch.setattr(follow, "_MOST_OF_ALL", 1000)
     monkeypatch.setattr(follow, "_ROUNDS", 1000)
-    with pytest.raises(PlanError, match=r"line 4, block 0 at X .*cannot follow this path closely enough") as caught:
+    with pytest.raises(PlanError, match=r"line 4 at X .*cannot follow this path closely enough") as caught:
         planned(Line(moved((0.3, 0.6, -0.3), (0.3, 0.4, 0.3)), None, 4))
     assert caught.value.pose is not None
 
@@ -336,13 +336,13 @@ MIRRORED = TURNED @ np.diag([-1.0, 1.0, 1.0, 1.0])
     ],
 )
 def test_pose_that_no_flange_can_have_is_refused_by_name(block: Block, defect: str) -> None:
-    with pytest.raises(PlanError, match=f"line 4, block 0: .*{defect}"):
+    with pytest.raises(PlanError, match=f"line 4: .*{defect}"):
         planned(block)
 
 
 @pytest.mark.parametrize("start", [START[:5], np.append(START[:5], np.nan)], ids=["five joints", "not a number"])
 def test_start_that_is_no_joint_vector_is_refused(start: np.ndarray) -> None:
-    with pytest.raises(PlanError, match=r"line 1, block 0: the start .* is not 6 finite joint values"):
+    with pytest.raises(PlanError, match=r"line 1: the start .* is not 6 finite joint values"):
         plan(ARM, Sequence([JointMove(START, 1.0, 1)]), LIMITS, start=start)
 
 

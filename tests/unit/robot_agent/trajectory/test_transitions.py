@@ -197,7 +197,7 @@ def test_arc_passes_the_orientations_of_its_points() -> None:
 def test_arc_without_a_circle_names_its_line() -> None:
     with pytest.raises(PlanError, match=r"line 7.*lie on one line.*use a line") as caught:
         planned(Line(at(z_mm=20), None, 3), Arc(at(z_mm=40), at(z_mm=60), 7))
-    assert (caught.value.block, caught.value.line) == (1, 7)
+    assert (caught.value.move, caught.value.line) == (1, 7)
 
 
 @pytest.mark.parametrize(

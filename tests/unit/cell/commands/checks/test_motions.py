@@ -38,7 +38,7 @@ def test_move_that_cannot_be_planned_is_named_and_an_error_where_the_place_is_kn
     result, output = checked(tmp_path, program)
     assert result.exit_code == int(refused)
     mark = "" if refused else "warning: "
-    assert f"{PROGRAM}:{line}:1: {mark}program: found {TOO_FAR!r}: line {line}, block" in output
+    assert f"{PROGRAM}:{line}:1: {mark}program: found {TOO_FAR!r}: line {line}" in output
     assert " at X " in output
     assert "what follows was not planned" in output
     assert ("is good" in output) is not refused

@@ -64,4 +64,4 @@ def test_a_program_with_points_and_frames_is_planned_where_the_cell_file_says(tm
     assert bundle is not None, found
     _, planned = check_motions(bundle)
     (failure,) = [str(each) for each in planned if "left.prog" in str(each) and "not planned" in str(each)]
-    assert "left.prog:4:1: program: found 'ML X=9000 Z=table': line 4, block " in failure
+    assert "left.prog:4:1: program: found 'ML X=9000 Z=table': line 4" in failure

@@ -170,7 +170,7 @@ def test_line_that_cannot_be_planned_is_named_and_what_comes_before_it_is_drawn(
     [
         (
             "MJ J1=10\nMS X=1000 Y=0 F=9999\nMS X=800 Y=0\nMS X=1000 Y=0",
-            "line 4, block 3: the spline turns back on itself",
+            "line 4: the spline turns back on itself",
         ),
         ("MJ J1=10\nTANG 1\nML X=1000 A=0 B=90 C=0 F=9999", "line 3: A, B and C are named while TANG is on"),
     ],

@@ -99,9 +99,9 @@ def test_a_branch_may_be_named_on_the_line_and_by_the_point() -> None:
 @pytest.mark.parametrize(
     ("move", "reason"),
     [
-        (f"MJ {TARGET} BRANCH=SIDE", "line 2, block 0: branch: found 'SIDE', allowed "),
-        ("MJ X=9000 Y=0 Z=0 A=0 B=0 C=0", "line 2, block 0: the TCP cannot be at X 9000.0 Y 0.0 Z 0.0 mm: "),
-        ("MJ X=500 Z=table", "line 2, block 0: nobody has said where frame table is; see `cell frame show`"),
+        (f"MJ {TARGET} BRANCH=SIDE", "line 2: branch: found 'SIDE', allowed "),
+        ("MJ X=9000 Y=0 Z=0 A=0 B=0 C=0", "line 2: the TCP cannot be at X 9000.0 Y 0.0 Z 0.0 mm: "),
+        ("MJ X=500 Z=table", "line 2: nobody has said where frame table is; see `cell frame show`"),
     ],
 )
 def test_what_cannot_be_reached_is_refused_by_line_with_the_reason(move: str, reason: str) -> None:
@@ -111,7 +111,7 @@ def test_what_cannot_be_reached_is_refused_by_line_with_the_reason(move: str, re
 def test_a_branch_outside_the_limits_is_refused_with_the_joint() -> None:
     narrow = arm(100.0)
     text = why("MJ J1=-90\n" + f"MJ {TARGET} BRANCH=FRONT", model=narrow)
-    assert text.startswith("line 2, block 0: the TCP cannot be at X -356.3")
+    assert text.startswith("line 2: the TCP cannot be at X -356.3")
     assert "joint J1 would need -108.70 deg, allowed -100.00 to 100.00" in text
 
 

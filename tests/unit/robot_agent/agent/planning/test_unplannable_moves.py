@@ -28,7 +28,7 @@ def test_moves_before_one_that_cannot_be_planned_are_run_and_the_robot_stands_be
     world = failed(f"{TO_START}ML Y=-100 F=300 R=20\nML Z=1300\n{FAR}")
     assert place(world)[1:] == pytest.approx([-100.0, 1300.0], abs=0.01)
     assert (world.state.mode, world.state.program.line) == (Mode.READY, 4)
-    assert world.state.program.error.startswith("line 4, block 2")
+    assert world.state.program.error.startswith("line 4")
     assert world.events[-1].text == world.state.program.error
     assert world.state.alarms == (world.state.program.error,)
 
