@@ -1,4 +1,9 @@
-"""Poses, rotations and distances: pure numpy, batched over leading dimensions, SI units and radians."""
+"""Poses, rotations and distances: pure numpy, batched over leading dimensions, SI units and radians.
+
+In go arrays of points, poses and lengths; out come poses, solids, distances, or why there are none; for meshes python-
+fcl helps. It must not know messages, files or kinematics: a published body is to it capsules that have grown, a zone a
+solid.
+"""
 
 from cell.geometry.box import Box, capsule_box_distance, point_box_distance
 from cell.geometry.convex import Convex, Hull

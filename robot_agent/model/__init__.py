@@ -1,4 +1,9 @@
-"""The robot file: links, limits, home position and body."""
+"""The robot file: links, limits, home position and body.
+
+In goes a robot file; out come its description in SI units, or all problems with line and column, and what it asks of
+the axes. It must not know kinematics, which put themselves into its register of families, nor the cell in which a robot
+stands; a URDF that the file names is read by `robot_agent.kinematics.urdf`.
+"""
 
 from robot_agent.model.description import (
     NO_TOOL,

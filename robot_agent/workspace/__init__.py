@@ -1,5 +1,10 @@
-"""Where in the world a robot stands and moves: its base, swept bodies, their published form, zones
-that they cross, things that they must not touch, spaces that they keep to."""
+"""Where in the world a robot stands and moves: its base, swept bodies, their published form, zones that they cross,
+things that they must not touch, spaces that they keep to.
+
+In go a model, its base and surroundings from the cell file, and joints along a motion; out come bodies and sections as
+they are published, crossings of zones, touches and breaches of spaces. It must not know programs, the agent or the
+manager: who has which zone or section is not said here.
+"""
 
 from robot_agent.workspace.body import (
     BODY_GROWTH_M,
