@@ -50,7 +50,8 @@ class CurveChain:
 
     @property
     def _whole(self) -> Polynomials:
-        assert self._polynomials is not None
+        if self._polynomials is None:
+            raise ValueError("a parameter u is of polynomials, and no curve of the chain is one")
         return self._polynomials
 
     @cached_property

@@ -100,7 +100,8 @@ class _Smoothing:
         blend_m: float,
     ) -> None:
         tolerance = blocks[0][1].tolerance
-        assert tolerance is not None
+        if tolerance is None:
+            raise ValueError("smooth curves keep to a tolerance, and the first move has none")
         self._blocks, self._blend_m, self._tolerance = blocks, blend_m, tolerance
         moves = [*(block for _, block in blocks), *beyond]
         self._line = _without_specks(_vertices(moves, aimed, tolerance), tolerance)

@@ -60,7 +60,7 @@ class FirstMotion:
         self._told_way += self._told * self._unit * (now - self._before)
         self._before = now
         if self._back_at is not None:
-            return self._go_back(way, now)
+            return self._go_back(way, now - self._back_at)
         if way < -self._noise:
             self._fail(
                 way, "moves against the direction that it was told", "direction, or the drive's polarity (607Eh)"
@@ -104,11 +104,11 @@ class FirstMotion:
         self.done = not self._back
         self._back_at = now
 
-    def _go_back(self, way: float, now: float) -> int:
-        assert self._back_at is not None
+    def _go_back(self, way: float, back_s: float) -> int:
+        """`way` from its start, `back_s` after it was told to go back."""
         if abs(way) > self._farthest:
             self._fail(way, "goes on although it was told to go back", "velocity_unit and acceleration_unit")
-        elif now - self._back_at > BACK_S:
+        elif back_s > BACK_S:
             self._fail(way, "does not come back as it was told", "velocity_unit and acceleration_unit")
         elif way <= self._told * self._unit * 0.02:
             self.done = True
