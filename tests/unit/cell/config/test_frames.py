@@ -148,7 +148,8 @@ def test_points_place_a_frame_as_they_place_a_belt(tmp_path: Path) -> None:
         (NEST.replace("parent: table", "parent: world"), "parent: §world",
          "frames.nest.parent: found the frame 'world', allowed nothing at all: what names no frame is in world"),
         (TABLE.replace("900", ".nan"), "X: §.nan", "frames.table.pose.X: found nan, allowed a finite number"),
-        (TABLE.replace(", C: 90", ""), "{§pose", "frames.table.pose.C: found nothing, allowed angle about Z, in units.angle"),
+        (TABLE.replace(", C: 90", ""), "{§pose",
+         "frames.table.pose.C: found nothing, allowed angle about Z, in units.angle"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_a_frame_is_told_at_its_place(frame: str, at: str, problem: str, tmp_path: Path) -> None:
