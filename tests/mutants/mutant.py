@@ -32,7 +32,7 @@ class Bench(Enum):
     """One agent with programs that ask and count."""
     BODY = "tests.sim.body_checker", 160
     """One body at a time among things and spaces, against brute force."""
-    SCENE = "tests.sim.scenes", 13
+    SCENE = "tests.sim.scenes", 14
     """Whole cells in which one certain thing happens that generated cells hardly ever come to."""
     SITUATION = "tests.sim.situations", 7
     """The simulation's own tests of drives, I/O nodes, set-up and belts, by files."""

@@ -105,11 +105,11 @@ SPACE = (
         (
             Edit(
                 LEDGER,
-                "        return not (anew or lost or known.issuperset(robot.owned.ids.tolist()))",
-                "        forced = not (anew or lost or known.issuperset(robot.owned.ids.tolist()))\n"
-                "        if forced:\n"
-                "            robot.owned = robot.owned[np.flatnonzero(np.isin(robot.owned.ids, list(known)))]\n"
-                "        return forced",
+                "        return Whereabouts.RESERVED if known.issuperset(robot.owned.ids.tolist()) else Whereabouts.BESIDE",
+                "        if known.issuperset(robot.owned.ids.tolist()):\n"
+                "            return Whereabouts.RESERVED\n"
+                "        robot.owned = robot.owned[np.flatnonzero(np.isin(robot.owned.ids, list(known)))]\n"
+                "        return Whereabouts.BESIDE",
             ),
             Edit(
                 LEDGER,
@@ -118,6 +118,18 @@ SPACE = (
             ),
         ),
         bench=Bench.ROOM,
+    ),
+    Mutant(
+        "appears-untold",
+        "a robot that is heard first in space of another one stops nobody",
+        (
+            Edit(
+                LEDGER,
+                "            return Whereabouts.APPEARED\n",
+                "            return Whereabouts.RESERVED\n",
+            ),
+        ),
+        bench=Bench.SCENE,
     ),
     Mutant(
         "asks-before-it-looks",

@@ -11,8 +11,23 @@ from collections.abc import Callable, Collection
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from cell.geometry import capsule_distance
-from cell.messages import Command, Continue, Enable, Estop, Halt, Mode, ProgramState, Run, Token, ZoneState, ZoneStatus
+from cell.messages import (
+    Command,
+    Continue,
+    Disable,
+    Enable,
+    Estop,
+    Halt,
+    Mode,
+    ProgramState,
+    Run,
+    Token,
+    ZoneState,
+    ZoneStatus,
+)
 from drive_gateway.gateway.bus.bus_news import SecondMaster
 from drive_gateway.sim.axis.servo import Servo
 from robot_agent.workspace import FOLLOWING_M
@@ -124,6 +139,34 @@ def pushed_too_near(folder: Path) -> None:
     scene.order("right", Enable(), Mode.READY)
     scene.order("right", Run(), Mode.RUNNING)
     scene.done()
+
+
+ASIDE = "MJ J1=24 J2=-12 J3=65 J4=0 J5=37 J6=0 F=100\nML X=1736 Y=773 Z=1250 A=0 B=90 C=0 F=1000\n"
+INTO_IT = "MJ J1=0 J2=-12 J3=65 J4=0 J5=37 J6=0 F=100\nML X=2150 Y=0 Z=1250 A=0 B=90 C=0 F=1200\nHOME F=60\n"
+
+
+def pushed_unheard(folder: Path) -> None:
+    """An arm whose agent is off is pushed into room that another one has been cleared, and drives in: when its agent
+    is started again, all are stopped at once."""
+    scene = Scene(apart_cell(folder, {"left": INTO_IT, "right": ASIDE}), staffed=False, only=())
+    world, clock = scene.world, scene.world.clock
+    for robot in scene.facts.robots:
+        scene.until(f"{robot} is off", lambda robot=robot: scene.mode(robot) is Mode.DISABLED)
+        scene.order(robot, Enable(), Mode.READY)
+    scene.order("right", Run(), Mode.RUNNING)
+    scene.until("right is aside", lambda: scene.mode("right") is Mode.READY)
+    clock.run_until(clock.now + 1.0)
+    scene.order("right", Disable(), Mode.DISABLED)
+    clock.run_until(clock.now + 1.0)
+    world.kill("robot/right")
+    clock.run_until(clock.now + 3.0)
+    servo, counts_per_rad = scene.servos("right")[0]
+    servo.jump(round(-np.radians(24.0) * counts_per_rad))
+    scene.order("left", Run(), Mode.RUNNING)
+    scene.until("left is on its way there", lambda: scene.line("left") == 2)
+    clock.run_until(clock.now + 0.3)
+    world.start_agent("right")
+    scene.until("left is stopped", lambda: scene.mode("left") is Mode.ESTOP, 2.0)
 
 
 def drives_that_sag(folder: Path) -> None:
@@ -392,6 +435,7 @@ _STEADY = 0.95
 
 SCENES: dict[str, Callable[[Path], None]] = {
     "a robot is pushed too near": pushed_too_near,
+    "a robot is pushed while nobody hears it": pushed_unheard,
     "drives that sag": drives_that_sag,
     "drives a little behind": partial(drives_behind, 8),
     "drives far behind": partial(drives_behind, 20),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from cell.manager.separation.ledger import MOST_OPEN, Ledger
+from cell.manager.separation.ledger import MOST_OPEN, Ledger, Whereabouts
 from cell.messages import Clearance, Heard, Presence, Way
 from robot_agent.agent.space.owned_space import OwnedSpace
 from tests.sim.space_checker import STEPS, Line, OnTheLine, Rules, places, presence
@@ -26,14 +26,14 @@ def test_nor_in_two_thousand_runs() -> None:
 class _ForgetsCleared(Ledger):
     """Drops what it has cleared at the next presence, confirmed or not."""
 
-    def hear(self, presence: Presence) -> bool:
+    def hear(self, presence: Presence) -> Whereabouts:
         return super().hear(replace(presence, taken=2**62))
 
 
 class _BodyOnly(Ledger):
     """Takes what a robot was sent for all that it may use."""
 
-    def hear(self, presence: Presence) -> bool:
+    def hear(self, presence: Presence) -> Whereabouts:
         return super().hear(replace(presence, way=replace(presence.way, owned=presence.way.committed)))
 
 
@@ -123,10 +123,11 @@ def test_a_robot_that_does_not_know_where_it_is_stops_the_others_and_keeps_what_
 
 def test_a_robot_that_is_where_nothing_was_reserved_for_it_is_there_from_now_on() -> None:
     ledger = _ledger()
-    assert not ledger.hear(_said("r0", _way(range(2, 4), 2, 2)))
-    assert ledger.hear(_said("r0", _way(range(7, 8), 1, 1), sequence=2))
+    assert ledger.hear(_said("r0", _way(range(2, 4), 2, 2))) is Whereabouts.APPEARED
+    assert ledger.hear(_said("r0", _way(range(7, 8), 1, 1), sequence=2)) is Whereabouts.BESIDE
     assert [places(each) for each in ledger.reserved("r0")] == [[7]]
-    assert not ledger.hear(_said("r0", _way(range(12, 13), 1, 1), owner=2)), "a new claim begins anew"
+    anew = _said("r0", _way(range(12, 13), 1, 1), owner=2)
+    assert ledger.hear(anew) is Whereabouts.APPEARED, "a new claim begins anew"
 
 
 def test_no_more_than_a_few_clearances_wait_for_their_confirmation() -> None:
