@@ -36,13 +36,17 @@ class Answers:
     def reply(self, reply: zenoh.Reply) -> None:
         """A manager's reply, or that there is none."""
         if reply.ok is None:
-            self._refused = reply.err.payload.to_string() if reply.err is not None else self._refused
+            if reply.err is not None:
+                self._refused = reply.err.payload.to_bytes().decode("utf-8", "replace")
             return
         found = _fields(reply.ok.payload.to_bytes())
-        if found.get("ok") is True:
-            self._said = str(found.get("text"))
+        text = found.get("text")
+        if not isinstance(text, str):
+            self._refused = "its answer cannot be read"
+        elif found.get("ok") is True:
+            self._said = text
         else:
-            self._refused = str(found.get("text"))
+            self._refused = text
 
     def no_more(self) -> None:
         """A call is over."""
@@ -75,10 +79,11 @@ class Answers:
 
 
 def _fields(data: bytes) -> dict[str, object]:
+    """Of a message that anybody may have sent; empty when it cannot be read."""
     if data[:4] == _PRESENCE_MAGIC:
         data = data[_HEAD_AT : _HEAD_AT + int.from_bytes(data[4:8], "little")]
     try:
         found = json.loads(data)
-    except ValueError:
+    except (ValueError, RecursionError):
         return {}
     return found if isinstance(found, dict) else {}

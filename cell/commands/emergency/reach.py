@@ -15,11 +15,15 @@ STORED = "emergency_stop.json"
 """In the state folder of a cell, written by each of its processes when it starts."""
 DELAY_S = 2.0
 """`estop_delay_s` of a cell that does not say."""
+_LONGEST_DELAY_S = 60.0
+"""A stored delay above this is damage: the command would wait for ever."""
 _MOST_BYTES = 1_000_000
-_COMMENT = re.compile(r"(?:^|\s)#[^\n]*")
+_QUOTED_OR_COMMENT = re.compile(r"""(?<![^\s:,\[{])(?:"(?:\\.|[^"\\\n])*"|'(?:''|[^'\n])*'|#[^\n]*)""")
 _BEFORE = r"\s*(?:[&!|>]\S{0,100}\s+){0,3}[\"']?"
 """Anchor, tag, or the sign of a block, in front of a value."""
-_CELL = re.compile(rf"^\{{?\s*[\"']?cell[\"']?\s*:{_BEFORE}([a-z][a-z0-9_]*)", re.MULTILINE)
+_CELL = re.compile(rf"^\{{?[ \t]*[\"']?cell[\"']?\s*:{_BEFORE}(\w[^\n\"',}}]*)", re.MULTILINE)
+_NO_NAME = re.compile(r"[/*$?#]")
+"""What a name in a key of Zenoh cannot have."""
 _ENDPOINT = re.compile(rf"(?:endpoint[\"']?\s*:|&\w+){_BEFORE}([a-z]+/[^\s\"',}}]+)")
 """What has an anchor may be named as an endpoint elsewhere."""
 _BYTE_ORDER_MARKS = "\ufeff\ufffd"
@@ -63,17 +67,19 @@ def stored(folder: Path) -> Reach | None:
     """What was stored in a state folder; None where nothing is that can be used."""
     try:
         found = json.loads(_text(folder / STORED))
-        endpoints, robots, gateways = (tuple(map(str, found[key])) for key in ("endpoints", "robots", "gateways"))
-        return Reach(str(found["cell"]), endpoints, robots, gateways, float(found["estop_delay_s"]))
-    except (ValueError, TypeError, KeyError):
+        endpoints, robots, gateways = (_texts(found[key]) for key in ("endpoints", "robots", "gateways"))
+        reach = Reach(str(found["cell"]), endpoints, robots, gateways, float(found["estop_delay_s"]))
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
         return None
+    usable = _name(reach.cell) and 0.0 < reach.estop_delay_s <= _LONGEST_DELAY_S
+    return reach if usable else None
 
 
 def read_leniently(file: Path) -> Reach:
     """Name and endpoints of a cell file, as far as it shows them, whatever else stands in it."""
-    text = _COMMENT.sub("", _text(file))
+    text = _QUOTED_OR_COMMENT.sub(_without_comment, _text(file))
     name = _CELL.search(text)
-    return Reach(name[1] if name is not None else "", tuple(dict.fromkeys(_ENDPOINT.findall(text))))
+    return Reach(_name(name[1].strip()) if name is not None else "", tuple(dict.fromkeys(_ENDPOINT.findall(text))))
 
 
 def read_strictly(file: Path) -> Reach | None:
@@ -98,6 +104,24 @@ def stored_beside(file: Path, state_dir: Path | None, said: Reach) -> list[Reach
     if state_dir is not None or not said.cell or not said.endpoints:
         return [reach for reach in found if not said.cell or reach.cell == said.cell] or found
     return [reach for reach in found if reach.cell == said.cell or set(reach.endpoints) & set(said.endpoints)]
+
+
+def _without_comment(found: re.Match[str]) -> str:
+    """Nothing instead of a comment. One with half a pair of quotes may be the end of a text of several lines."""
+    text = found[0]
+    return text if text[0] != "#" or any(text.count(quote) % 2 for quote in "\"'") else ""
+
+
+def _name(text: str) -> str:
+    """The name of a cell; empty when it can be none, so that its doors are asked who is there."""
+    return "" if _NO_NAME.search(text) else text
+
+
+def _texts(found: object) -> tuple[str, ...]:
+    """A list of texts. Raises `TypeError`."""
+    if not isinstance(found, list) or not all(isinstance(each, str) for each in found):
+        raise TypeError(found)
+    return tuple(found)
 
 
 def _text(file: Path) -> str:

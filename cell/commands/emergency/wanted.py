@@ -25,24 +25,26 @@ class Wanted:
 
 def wanted(words: Sequence[str]) -> Wanted:
     """The words after `cell estop`, in the forms that the other commands take; nothing in them is an error."""
-    found: dict[str, list[str]] = {_FILE: [os.environ.get("ZENCELL_FILE") or "cell.yaml"], _REASON: ["operator"]}
+    found: dict[str, list[str]] = {option: [] for option in (_FILE, _REASON, _CONNECT, _STATE_DIR)}
     ignored: list[str] = []
     rest = iter(words)
     for word in rest:
         if word.startswith("--"):
-            option, _, value = word.partition("=")
+            option, equals, value = word.partition("=")
+            in_word = bool(equals)
         else:
             option, value = _SHORT.get(word[:2], ""), word[2:]
-        if option not in (_FILE, _REASON, _CONNECT, _STATE_DIR):
+            in_word = bool(value)
+        if option not in found:
             ignored.append(word)
-        elif value := value or next(rest, ""):
-            found.setdefault(option, []).append(value)
-    folders = found.get(_STATE_DIR)
+        elif value := value if in_word else next(rest, ""):
+            found[option].append(value)
+    file, reason, folder = (found[option][-1] if found[option] else "" for option in (_FILE, _REASON, _STATE_DIR))
     return Wanted(
-        _absolute(found[_FILE][-1]),
-        plain(found[_REASON][-1]) or "operator",
-        tuple(map(plain, found.get(_CONNECT, ()))),
-        Path(folders[-1]) if folders else None,
+        _absolute(file or os.environ.get("ZENCELL_FILE") or "cell.yaml"),
+        plain(reason) or "operator",
+        tuple(map(plain, found[_CONNECT])),
+        Path(folder) if folder else None,
         tuple(map(plain, ignored)),
     )
 

@@ -3,11 +3,12 @@
 import json
 import subprocess
 import sys
-from dataclasses import replace
+import time
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from hypothesis import given
@@ -108,6 +109,15 @@ def test_words_that_mean_nothing_are_kept_for_the_end_and_refuse_nothing() -> No
     assert asked.file == Path("/a.yaml")
 
 
+@pytest.mark.parametrize("option", ["--reason=", "--connect=", "--state-dir=", "--file="])
+def test_an_empty_value_takes_no_other_word(option: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ZENCELL_FILE", raising=False)
+    asked = wanted([option, "-f", "/a.yaml"])
+    assert (asked.file, asked.reason, asked.endpoints, asked.state_dir) == (Path("/a.yaml"), "operator", (), None)
+    assert wanted(["-f", "/a.yaml", "--reason", "door open", option]).file == Path("/a.yaml")
+    assert wanted(["--file="]).file == Path("cell.yaml").absolute()
+
+
 # Whom it must reach
 
 
@@ -132,6 +142,11 @@ def test_reads_leniently_what_the_schema_reads(file: Path) -> None:
         "cell: !!str a\nmanager:\n  endpoint: !!str &m tcp/h:1\nrobots: [\n",
         "cell: a\nhere: &m tcp/h:1\nmanager: {endpoint: *m}\nrobots: [\n",
         "cell: a\nmanager:\n  endpoint: >-\n    tcp/h:1\nrobots: [\n",
+        'cell: a\nmanager: {note: "door # 3", endpoint: "tcp/h:1"}\n',
+        "cell: a\nmanager: {note: 'it''s # 3', endpoint: 'tcp/h:1'}  # endpoint: tcp/old:1\n",
+        'cell: a\nmanager: {note: "a \\" # 3", endpoint: tcp/h:1}\n',
+        'cell: a\nmanager: {note: "door\n  # 3", endpoint: tcp/h:1}\n',
+        "cell: a\nnote: it's a 3' door # endpoint: tcp/old:1\nmanager: {endpoint: tcp/h:1}\n",
     ],
 )
 def test_reads_name_and_endpoints_whatever_else_is_broken(tmp_path: Path, text: str) -> None:
@@ -140,11 +155,40 @@ def test_reads_name_and_endpoints_whatever_else_is_broken(tmp_path: Path, text: 
     assert read_leniently(file) == Reach("a", ("tcp/h:1",))
 
 
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("cell: two-arms\n", "two-arms"),
+        ("cell: 'two arms'  # the line\n", "two arms"),
+        ("cell: two arms # the line\r\n", "two arms"),
+        ("{cell: two.arms, manager: x}", "two.arms"),
+        ('{"cell": "two"}', "two"),
+        ("cell: two/arms\n", ""),
+        ("cell: two*\n", ""),
+        ("cell: [\n", ""),
+        ("cell:\n", ""),
+    ],
+)
+def test_a_name_is_read_to_its_end_or_not_at_all(tmp_path: Path, text: str, name: str) -> None:
+    file = tmp_path / "cell.yaml"
+    file.write_text(text)
+    assert read_leniently(file).cell == name
+
+
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "utf-32"])
 def test_reads_name_and_endpoints_in_whatever_encoding(tmp_path: Path, encoding: str) -> None:
     file = tmp_path / "cell.yaml"
     file.write_bytes("cell: a\nmanager: {endpoint: tcp/h:1}\nname: Tür\n".encode(encoding))
     assert read_leniently(file) == Reach("a", ("tcp/h:1",))
+
+
+@pytest.mark.parametrize("part", ["\n", ' "a', " #", " ' # '", '"\\', "\ncell:", "&a ", "endpoint:"])
+def test_no_text_keeps_the_stop_back(tmp_path: Path, part: str) -> None:
+    file = tmp_path / "cell.yaml"
+    file.write_text(part * (1_000_000 // len(part)))
+    began = time.process_time()
+    read_leniently(file)
+    assert time.process_time() - began < 2.0
 
 
 def test_a_file_that_cannot_be_read_says_nothing(tmp_path: Path) -> None:
@@ -160,10 +204,37 @@ def test_what_a_process_stored_is_read_again(tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == [STORED]
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"cell": 1}', json.dumps({"cell": "a", "endpoints": 3})])
-def test_a_stored_file_that_is_broken_is_as_none(tmp_path: Path, text: str) -> None:
-    (tmp_path / STORED).write_text(text)
-    assert stored(tmp_path) is None
+def damaged(**changes: object) -> str:
+    return json.dumps(asdict(REACH) | changes)
+
+
+DAMAGED = [
+    "",
+    "{",
+    "[]",
+    "null",
+    '{"cell": 1}',
+    json.dumps({"cell": "a", "endpoints": 3}),
+    "[" * 100_000,
+    damaged(estop_delay_s=10**400),
+    damaged(estop_delay_s=float("inf")),
+    damaged(estop_delay_s=float("nan")),
+    damaged(estop_delay_s=-1.0),
+    damaged(cell="a*"),
+    damaged(cell=""),
+    damaged(endpoints="tcp/h:1"),
+    damaged(robots=[["left"]]),
+]
+
+
+@pytest.mark.parametrize("text", DAMAGED, ids=lambda text: text[:20])
+def test_a_stored_file_that_is_broken_is_left_aside_and_the_others_count(tmp_path: Path, text: str) -> None:
+    for name in ("aa", REACH.cell, "zz"):
+        (tmp_path / ".zencell" / name).mkdir(parents=True)
+        (tmp_path / ".zencell" / name / STORED).write_text(text)
+    store(tmp_path / ".zencell" / REACH.cell, REACH)
+    assert stored(tmp_path / ".zencell" / "zz") is None
+    assert stored_beside(tmp_path / "cell.yaml", None, Reach("", ())) == [REACH]
 
 
 def test_what_is_stored_beside_a_broken_cell_file_stands_in_for_it(tmp_path: Path) -> None:
@@ -193,6 +264,28 @@ def test_reads_who_stands_from_what_robots_publish() -> None:
         )
         answers.state(sample)
     assert answers.standing() == {("line", "robot", "left")}
+
+
+@pytest.mark.parametrize("data", [b"[" * 100_000, b"ZPR3", b"\xff", b'{"estop_acknowledged":' + b"9" * 5000 + b"}", b"3"])
+def test_whatever_others_publish_is_no_more_than_left_aside(data: bytes) -> None:
+    stands = Presence("left", "b", 1, 1, None, "d", ball(0.0), 0.0, estop_acknowledged="e1")
+    answers, keys = Answers(), Keys("line")
+    for key, payload in (("cell/line/robot/x/presence", data), (keys.of(stands), encode(stands))):
+        sample: Any = SimpleNamespace(key_expr=key, payload=SimpleNamespace(to_bytes=partial(bytes, payload)))
+        answers.state(sample)
+    assert answers.standing() == {("line", "robot", "left")}
+
+
+@pytest.mark.parametrize("data", [b"[" * 100_000, b"\xff", b'{"ok": true, "text": {}}'])
+def test_whatever_a_stranger_replies_as_the_manager_does_not_latch(data: bytes) -> None:
+    answers = Answers()
+    answers.asked()
+    said = SimpleNamespace(payload=SimpleNamespace(to_bytes=partial(bytes, data)))
+    for reply in (SimpleNamespace(ok=said), SimpleNamespace(ok=None, err=said)):
+        answers.reply(cast("Any", reply))
+    answers.no_more()
+    assert not answers.latched
+    assert answers.manager is not None
 
 
 class FewAnswers(Answers):
