@@ -1,6 +1,7 @@
 """An emergency stop that is asked for goes out, whatever else is broken; a listener stands for the cell."""
 
 import os
+import queue
 import signal
 import socket
 import subprocess
@@ -10,11 +11,13 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 
 import pytest
+import zenoh
 from live_cell import ROOT, LiveCell, Recorder
+from zenoh.handlers import Callback
 
 from cell.commands.emergency.reach import reach_of, store
 from cell.messages import Estop
-from cell.net.options import Link
+from cell.net.options import Link, ZenohOptions, zenoh_config
 from cell.net.session import CellSession
 
 HEARD_S = 30.0
@@ -85,6 +88,72 @@ def test_a_stop_goes_out_with_nothing_but_an_endpoint(live: LiveCell) -> None:
         listening = Recorder(session, "estop")
         with estop("-f", str(live.folder / "nowhere" / "cell.yaml"), "-e", endpoint):
             heard(listening)
+
+
+@contextmanager
+def another_cell(endpoint: str) -> Iterator[Recorder]:
+    """A process of a cell that no cell file here names."""
+    with CellSession("elsewhere", Link("peer", listen=(endpoint,)), "robot", "left", "b1") as session:
+        session.declare_alive()
+        yield Recorder(session, "estop")
+
+
+def free_endpoint() -> str:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return f"tcp/127.0.0.1:{server.getsockname()[1]}"
+
+
+@pytest.mark.parametrize("by", ["folder", "environment"])
+def test_a_door_is_asked_who_is_there_whatever_cell_file_lies_about(live: LiveCell, by: str) -> None:
+    """The doors of the file that lies about open, too: they keep nothing from those that were named."""
+    door, manager = free_endpoint(), live.settings.manager_endpoint
+    lies = environment(ZENCELL_FILE=str(live.file) if by == "environment" else None)
+    with (
+        another_cell(door) as there,
+        listener(live, manager) as own,
+        estop("-e", door, cwd=live.file.parent, env={**lies, "PYTHONPATH": str(ROOT)}),
+    ):
+        heard(there)
+        heard(own)
+
+
+def test_a_door_at_which_nobody_is_of_the_named_cell_stops_all_that_are_there(live: LiveCell) -> None:
+    door = free_endpoint()
+    with another_cell(door) as there, estop("-f", str(live.file), "-e", door):
+        heard(there)
+
+
+def test_a_door_at_which_somebody_is_of_the_named_cell_stops_no_other_cell(live: LiveCell) -> None:
+    door, cells = free_endpoint(), (live.settings.name, "elsewhere")
+    with zenoh.open(zenoh_config(Link("peer", listen=(door,)), ZenohOptions())) as session:
+        tokens = [session.liveliness().declare_token(f"cell/{cell}/alive/robot/left/b1") for cell in cells]
+        stops: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
+        session.declare_subscriber("cell/*/estop", Callback(stops.put, indirect=False))
+        with estop("-f", str(live.file), "-e", door):
+            keys = {str(stops.get(timeout=HEARD_S).key_expr) for _ in range(30)}
+    assert keys == {f"cell/{live.settings.name}/estop"}
+    assert len(tokens) == len(cells)
+
+
+def test_a_cell_of_which_nobody_knows_who_belongs_to_it_is_named(live: LiveCell) -> None:
+    door = free_endpoint()
+    with another_cell(door), listener(live, live.settings.manager_endpoint):
+        command = live.order("estop", "-e", door)
+    assert command.exit_code() == 1
+    assert live.settings.manager_endpoint in command.output
+    assert f"emergency stop sent through {door} to all cells that are there: elsewhere" in command.output
+    assert "nobody can say who belongs to elsewhere" in command.output
+
+
+def test_a_message_that_nobody_can_read_does_not_end_the_stop(live: LiveCell) -> None:
+    config = zenoh_config(Link("peer", listen=(live.settings.manager_endpoint,)), ZenohOptions())
+    with zenoh.open(config) as session:
+        stops: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
+        session.declare_subscriber(f"cell/{live.settings.name}/estop", Callback(stops.put, indirect=False))
+        with estop("-f", str(live.file)):
+            for _ in range(30):
+                stops.get(timeout=HEARD_S)
+                session.put(f"cell/{live.settings.name}/robot/x/presence", b"[" * 100_000)
 
 
 def close_standard_streams() -> None:

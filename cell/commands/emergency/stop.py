@@ -8,19 +8,16 @@ import time
 from shlex import quote
 
 from cell.commands.emergency.answers import Answers, Member
-from cell.commands.emergency.door import Door, Stop
+from cell.commands.emergency.door import DOOR_S, Door, Stop
 from cell.commands.emergency.reach import DELAY_S, Reach, read_leniently, read_strictly, stored_beside
 from cell.commands.emergency.wanted import Wanted, wanted
-from cell.commands.emergency.words import open_standard_streams, operator_name, say
+from cell.commands.emergency.words import HARD_WIRED, open_standard_streams, operator_name, say
 
-DOOR_S = 0.8
-"""A door that does not open within this is told; with the command's start, the error of none is out within 1 s."""
 STANDSTILL_S = 5.0
 """After the cell's `estop_delay_s` a gateway has this long for a quick stop, for brakes and for switching off."""
 NEWS_S = 3.0
 """After this an operator is told for whom the command still waits."""
 REMINDER = "This is a software stop: it supports and never replaces a hard-wired emergency stop."
-HARD_WIRED = "use the hard-wired emergency stop"
 _LOOK_S = 0.02
 _CLOSE_S = 0.3
 
@@ -42,22 +39,42 @@ def stop_cell(asked: Wanted) -> int:
     """Send the stop and tell who has confirmed it; the exit code is 0 when everyone has."""
     said = read_leniently(asked.file)
     stored = stored_beside(asked.file, asked.state_dir, said)
-    endpoints = dict.fromkeys((*asked.endpoints, *said.endpoints, *(e for reach in stored for e in reach.endpoints)))
-    cells = tuple(dict.fromkeys(reach.cell for reach in (said, *stored) if reach.cell))
     stop, answers, sent = Stop(operator_name(), asked.reason), Answers(), threading.Event()
-    doors = [Door(endpoint, cells, stop, answers, sent.set) for endpoint in endpoints]
+    doors = [Door(endpoint, cells, stop, answers, sent.set) for endpoint, cells in _ways(asked, said, stored)]
     try:
         if not doors or not sent.wait(DOOR_S):
             return _unsent(asked, doors)
-        say(f"emergency stop sent through {', '.join(door.endpoint for door in doors if door.sent)}")
+        told = _tell_sent(doors, set())
         members = _members(asked, said, stored)
-        missing = _tell_who_stands(answers, members)
+        missing = _tell_who_stands(answers, members, doors, told)
         for door in doors:
             if not door.sent:
-                say(_closed(door), error=True)
+                say(door.state, error=True)
     finally:
         _close(doors)
-    return _end(asked, members, missing)
+    return _end(asked, members, missing, _strangers(doors, members))
+
+
+def _ways(asked: Wanted, said: Reach, stored: list[Reach]) -> list[tuple[str, tuple[str, ...]]]:
+    """Every endpoint with the names of the cells that are meant there; without names, all that are there are."""
+    cells = tuple(dict.fromkeys(reach.cell for reach in (said, *stored) if reach.cell))
+    own = [endpoint for reach in (said, *stored) for endpoint in reach.endpoints]
+    others = cells if asked.file_given else ()
+    ways = [*((endpoint, others) for endpoint in asked.endpoints), *((endpoint, cells) for endpoint in own)]
+    return list(dict.fromkeys(ways))
+
+
+def _tell_sent(doors: list[Door], told: set[str]) -> set[str]:
+    """Tell through which doors the stop went out, those that were `told` excepted; return all that are told now."""
+    sent = dict.fromkeys(door.state for door in doors if door.sent)
+    if new := [state for state in sent if state not in told]:
+        say(f"emergency stop sent through {', '.join(new)}")
+    return told | {*sent}
+
+
+def _strangers(doors: list[Door], members: list[Reach]) -> list[str]:
+    """The cells that were stopped and of which nobody can say who belongs to them."""
+    return sorted({cell for door in doors for cell in door.others} - {reach.cell for reach in members})
 
 
 def _close(doors: list[Door]) -> None:
@@ -70,12 +87,8 @@ def _close(doors: list[Door]) -> None:
             door.join(max(0.0, deadline - time.monotonic()))
 
 
-def _closed(door: Door) -> str:
-    return f"nobody answers at {door.endpoint}" + (f" ({door.problem})" if door.problem else "")
-
-
 def _unsent(asked: Wanted, doors: list[Door]) -> int:
-    why = "; ".join(map(_closed, doors)) or (
+    why = "; ".join(door.state for door in doors) or (
         f"{asked.file}: no such cell file, or no endpoint in it, and no process of the cell has stored one"
     )
     say(f"cell: NO emergency stop was sent: {why}\n  next: {HARD_WIRED}; endpoints can be named with -e", error=True)
@@ -90,10 +103,11 @@ def _members(asked: Wanted, said: Reach, stored: list[Reach]) -> list[Reach]:
     return [reach for reach in stored if reach.cell == said.cell] or stored
 
 
-def _tell_who_stands(answers: Answers, members: list[Reach]) -> list[str]:
+def _tell_who_stands(answers: Answers, members: list[Reach], doors: list[Door], told: set[str]) -> list[str]:
     """Tell who confirms, as it comes, until all have or the time is up; return who has not.
 
-    When nobody can say who belongs to the cell, the whole time is waited and nobody is missing.
+    Doors that open meanwhile are told, too; `told` are those that were. When nobody can say who belongs to a cell, the
+    whole time is waited and nobody of it is missing.
     """
     open_ = {(reach.cell, *who) for reach in members for who in reach.members()}
     waits_s = max((reach.estop_delay_s for reach in members), default=DELAY_S) + STANDSTILL_S
@@ -101,7 +115,8 @@ def _tell_who_stands(answers: Answers, members: list[Reach]) -> list[str]:
     began = time.monotonic()
     waiting_told = manager_told = False
     pause = threading.Event()
-    while open_ or not members or not manager_told:
+    while open_ or not members or _strangers(doors, members) or not manager_told:
+        told = _tell_sent(doors, told)
         for member in sorted(answers.standing() - confirmed):
             confirmed.add(member)
             open_.discard(member)
@@ -122,7 +137,7 @@ def _tell_who_stands(answers: Answers, members: list[Reach]) -> list[str]:
 
 def _name(member: Member, members: list[Reach]) -> str:
     cell, role, name = member
-    return f"{role} {name}" + (f" of {cell}" if len(members) != 1 else "")
+    return f"{role} {name}" + (f" of {cell}" if [cell] != [reach.cell for reach in members] else "")
 
 
 def _tell_manager(latched: bool, text: str) -> None:
@@ -132,15 +147,17 @@ def _tell_manager(latched: bool, text: str) -> None:
         say(f"the manager does not confirm ({text}); robots and gateways hear the stop directly", error=True)
 
 
-def _end(asked: Wanted, members: list[Reach], missing: list[str]) -> int:
+def _end(asked: Wanted, members: list[Reach], missing: list[str], strangers: list[str]) -> int:
     """The last words, and the exit code."""
     if asked.ignored:
         say(f"cell: ignored: {' '.join(map(quote, asked.ignored))}; for the options: cell estop --help", error=True)
     say(REMINDER)
     file = quote(str(asked.file))
-    if members and not missing:
+    if members and not missing and not strangers:
         say(f"When the cause is gone: cell reset -f {file}")
         return 0
-    why = f"not confirmed in time by: {', '.join(missing)}" if members else "nobody can say who belongs to this cell"
-    say(f"cell: {why}\n  next: {HARD_WIRED}, then look with: cell status -f {file}", error=True)
+    why = [f"not confirmed in time by: {', '.join(missing)}"] if missing else []
+    if strangers or not members:
+        why.append(f"nobody can say who belongs to {', '.join(strangers) or 'this cell'}")
+    say(f"cell: {'; '.join(why)}\n  next: {HARD_WIRED}, then look with: cell status -f {file}", error=True)
     return 1

@@ -16,6 +16,8 @@ class Wanted:
     """An emergency stop for the cell of `file`, through its doors and those of `endpoints`."""
 
     file: Path
+    file_given: bool = False
+    """`file` was named; else it is what lies in the folder or the environment, which tells nothing of `endpoints`."""
     reason: str = "operator"
     endpoints: tuple[str, ...] = ()
     state_dir: Path | None = None
@@ -42,6 +44,7 @@ def wanted(words: Sequence[str]) -> Wanted:
     file, reason, folder = (found[option][-1] if found[option] else "" for option in (_FILE, _REASON, _STATE_DIR))
     return Wanted(
         _absolute(file or os.environ.get("ZENCELL_FILE") or "cell.yaml"),
+        bool(file),
         plain(reason) or "operator",
         tuple(map(plain, found[_CONNECT])),
         Path(folder) if folder else None,

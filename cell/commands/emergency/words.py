@@ -6,6 +6,7 @@ from contextlib import suppress
 
 LONGEST = 200
 """A reason is for people who hurry."""
+HARD_WIRED = "use the hard-wired emergency stop"
 _NAMES = ("LOGNAME", "USER", "LNAME", "USERNAME")
 
 

@@ -9,6 +9,7 @@ from cell.commands.options import CELL_FILE, CellFileOption
 
 
 def estop(
+    context: typer.Context,
     reason: Annotated[str, typer.Option("--reason", metavar="TEXT", help="Why, for the others.")] = "operator",
     file: CellFileOption = Path(CELL_FILE),
     endpoint: Annotated[
@@ -32,4 +33,6 @@ def estop(
     from cell.commands.emergency.stop import stop_cell
     from cell.commands.emergency.wanted import Wanted
 
-    raise typer.Exit(stop_cell(Wanted(file.absolute(), reason, tuple(endpoint or ()), state_dir)))
+    source = context.get_parameter_source("file")
+    given = source is not None and source.name == "COMMANDLINE"
+    raise typer.Exit(stop_cell(Wanted(file.absolute(), given, reason, tuple(endpoint or ()), state_dir)))

@@ -27,7 +27,7 @@ from cell.commands.emergency.reach import (
     stored,
     stored_beside,
 )
-from cell.commands.emergency.wanted import wanted
+from cell.commands.emergency.wanted import Wanted, wanted
 from cell.commands.emergency.words import LONGEST, operator_name, plain
 from cell.config import load_cell_alone
 from cell.messages import Estop, Presence, SetEstop
@@ -100,6 +100,7 @@ def test_reads_the_options_in_every_form_that_the_other_commands_take(monkeypatc
     assert wanted([]).file == Path("cell.yaml").absolute()
     monkeypatch.setenv("ZENCELL_FILE", "/c.yaml")
     assert wanted([]).file == Path("/c.yaml")
+    assert [wanted(words).file_given for words in ([], ["-f/c.yaml"], ["--file="])] == [False, True, False]
 
 
 def test_words_that_mean_nothing_are_kept_for_the_end_and_refuse_nothing() -> None:
@@ -252,6 +253,15 @@ def test_what_is_stored_beside_a_broken_cell_file_stands_in_for_it(tmp_path: Pat
     assert stored_beside(tmp_path / "nowhere" / "cell.yaml", None, Reach("", ())) == []
 
 
+def test_a_cell_file_that_was_not_named_says_nothing_of_the_doors_that_were() -> None:
+    door = "tcp/elsewhere:1"
+    own = [(endpoint, (REACH.cell,)) for endpoint in REACH.endpoints]
+    asked = Wanted(Path("cell.yaml"), endpoints=(door, REACH.endpoints[0]))
+    assert course._ways(asked, REACH, [REACH]) == [(door, ()), (REACH.endpoints[0], ()), *own]
+    asked = replace(asked, file_given=True)
+    assert course._ways(asked, REACH, [REACH]) == [(door, (REACH.cell,)), *own]
+
+
 # Who has confirmed
 
 
@@ -266,7 +276,9 @@ def test_reads_who_stands_from_what_robots_publish() -> None:
     assert answers.standing() == {("line", "robot", "left")}
 
 
-@pytest.mark.parametrize("data", [b"[" * 100_000, b"ZPR3", b"\xff", b'{"estop_acknowledged":' + b"9" * 5000 + b"}", b"3"])
+@pytest.mark.parametrize(
+    "data", [b"[" * 100_000, b"ZPR3", b"\xff", b'{"estop_acknowledged":' + b"9" * 5000 + b"}", b"3"]
+)
 def test_whatever_others_publish_is_no_more_than_left_aside(data: bytes) -> None:
     stands = Presence("left", "b", 1, 1, None, "d", ball(0.0), 0.0, estop_acknowledged="e1")
     answers, keys = Answers(), Keys("line")
@@ -306,7 +318,7 @@ class FewAnswers(Answers):
 def test_waits_for_everyone_of_the_cell_and_names_them_as_they_confirm(capsys: pytest.CaptureFixture[str]) -> None:
     cell = "two_arms"
     answers = FewAnswers(set(), {(cell, "robot", "left")}, {(cell, "robot", "right"), (cell, "gateway", "left_bus")})
-    assert course._tell_who_stands(answers, [REACH]) == []
+    assert course._tell_who_stands(answers, [REACH], [], set()) == []
     told = capsys.readouterr().out.splitlines()
     assert told == [
         "manager: the emergency stop is set",
@@ -322,5 +334,6 @@ def test_waits_as_long_as_the_cells_own_delay_and_then_names_who_has_not_confirm
     monkeypatch.setattr(course, "STANDSTILL_S", 0.05)
     monkeypatch.setattr(course, "NEWS_S", 0.0)
     cell = Reach("c", (), ("left", "right"), (), 0.05)
-    assert course._tell_who_stands(FewAnswers({("c", "robot", "left")}), [cell]) == ["robot right"]
+    confirmed = FewAnswers({("c", "robot", "left")})
+    assert course._tell_who_stands(confirmed, [cell], [], set()) == ["robot right"]
     assert "waiting up to 0 s for: robot right" in capsys.readouterr().out
