@@ -160,8 +160,8 @@ class Controls:
     # Orders
 
     def _stop_all(self, _event: object) -> None:
-        self._desk.stop_all()
-        self._say("emergency stop sent; who has confirmed it stands on the left")
+        self._say("sending an emergency stop; who has confirmed it stands on the left")
+        self._desk.stop_all(self._say)
 
     def _gives(self, order: Callable[[Any], Command], level: Level = Level.OPERATE) -> Callable[[Any], None]:
         """What gives the chosen robot an order, made from the event of a widget; it runs in a thread of `viser`'s."""

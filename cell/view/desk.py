@@ -1,5 +1,6 @@
 """Where an operator's orders go from the page: to the running cell, or nowhere, where a recording is shown."""
 
+from collections.abc import Callable
 from typing import Protocol
 
 from cell.messages import Command, Heard, JogHeld, Reply
@@ -22,5 +23,8 @@ class Desk(Protocol):
     def hold(self, message: JogHeld) -> None:
         """Say that a jog key is held; never waits."""
 
-    def stop_all(self) -> None:
-        """Send an emergency stop on every door of the cell, at once and repeated; never waits."""
+    def stop_all(self, tell: Callable[[Text], None]) -> None:
+        """Send an emergency stop on every door of the cell, at once and repeated; never waits.
+
+        What became of it goes to `tell` within 1 s, from another thread, and again when more doors have opened.
+        """

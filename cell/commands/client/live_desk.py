@@ -2,12 +2,13 @@
 
 import threading
 import time
+from collections.abc import Callable, Sequence
 from typing import Self
 
 from cell.commands.client.connection import TRY_S, Connection, ask_until_answered
 from cell.commands.emergency.answers import Answers
-from cell.commands.emergency.door import OPEN_S, PERIOD_S, Door, Stop
-from cell.commands.emergency.words import operator_name
+from cell.commands.emergency.door import DOOR_S, OPEN_S, PERIOD_S, Door, Stop
+from cell.commands.emergency.words import HARD_WIRED, operator_name
 from cell.commands.errors import CommandError
 from cell.messages import Command, Go, Heard, Jog, JogHeld, Reply
 from cell.net.errors import CallError
@@ -21,9 +22,10 @@ _DOORS_OPEN_S = 8.0
 class LiveDesk:
     """Orders to the running cell; any thread may give them. A context manager, which ends with no stop on its way."""
 
-    def __init__(self, operator: Connection, by: str) -> None:
-        """`by`: what the operator uses, for example "by the page"."""
+    def __init__(self, operator: Connection, by: str, endpoints: Sequence[str] = ()) -> None:
+        """`by`: what the operator uses, for example "by the page"; `endpoints`: doors beside the cell file's."""
         self._operator = operator
+        self._endpoints = endpoints
         self.operator = f"{operator_name()} {by}"
         self._stops: list[threading.Thread] = []
         self._leaving = False
@@ -56,21 +58,43 @@ class LiveDesk:
         """See `Desk`."""
         self._operator.session.publish(message)
 
-    def stop_all(self) -> None:
+    def stop_all(self, tell: Callable[[str], None]) -> None:
         """See `Desk`: by the path of `cell estop`, which needs neither the manager nor this session."""
-        stop = threading.Thread(target=self._stop_all)
+        stop = threading.Thread(target=self._stop_all, args=(tell,))
         self._stops.append(stop)
         stop.start()
 
-    def _stop_all(self) -> None:
-        settings = self._operator.settings
-        endpoints = (settings.manager_endpoint, *(gateway.endpoint for gateway in settings.gateways.values()))
-        stop, answers = Stop(self.operator, "operator"), Answers()
-        doors = [Door(endpoint, (settings.name,), stop, answers, lambda: None) for endpoint in endpoints]
-        deadline, pause = time.monotonic() + _DOORS_OPEN_S, threading.Event()
-        while time.monotonic() < deadline and not (self._leaving and answers.latched):
+    def _stop_all(self, tell: Callable[[str], None]) -> None:
+        settings, doors, answers = self._operator.settings, list[Door](), Answers()
+        own = (settings.manager_endpoint, *(gateway.endpoint for gateway in settings.gateways.values()))
+        stop = Stop(self.operator, "operator")
+        try:
+            for endpoint in dict.fromkeys((*own, *self._endpoints)):
+                doors.append(Door(endpoint, (settings.name,), stop, answers, lambda: None))
+            self._tell(doors, answers, tell)
+        except Exception as error:
+            tell(f"the emergency stop may not have gone out, {HARD_WIRED}: {error!r}")
+        finally:
+            for door in doors:
+                door.close()
+            for door in doors:
+                door.join(OPEN_S)
+
+    def _tell(self, doors: list[Door], answers: Answers, tell: Callable[[str], None]) -> None:
+        """Tell what becomes of a stop until its time is over, or an operator leaves and the manager has latched it."""
+        began, pause, told = time.monotonic(), threading.Event(), ""
+        while (waited_s := time.monotonic() - began) < _DOORS_OPEN_S and not (self._leaving and answers.latched):
+            text = _became(doors, waited_s >= DOOR_S)
+            if text not in ("", told):
+                told = text
+                tell(text)
             pause.wait(PERIOD_S)
-        for door in doors:
-            door.close()
-        for door in doors:
-            door.join(OPEN_S)
+
+
+def _became(doors: list[Door], all_tried: bool) -> str:
+    """What became of a stop; who does not answer is told after all doors had their time."""
+    sent = [door.state for door in doors if door.sent]
+    closed = [door.state for door in doors if not door.sent] if all_tried else []
+    if sent:
+        return "; ".join((f"emergency stop sent through {', '.join(sent)}", *closed))
+    return f"NO emergency stop was sent, {HARD_WIRED}: {'; '.join(closed)}" if all_tried else ""

@@ -91,7 +91,7 @@ def monitor(
     if control:
         require(Level.OPERATE, "cell monitor --control")
     stop = stop_event()
-    with connect(file, endpoint, stop) as operator, LiveDesk(operator, "by the monitor") as desk:
+    with connect(file, endpoint, stop) as operator, LiveDesk(operator, "by the monitor", endpoint or ()) as desk:
         screen = Screen(operator.settings, axes_of(operator.settings), desk, control)
         source = LiveSource(operator.session)
         console = Console()
@@ -158,8 +158,8 @@ class Screen:
             case Key.CONTINUE:
                 self._answers.append("continue: not without --control; nothing was sent")
             case Key.ESTOP:
-                self.desk.stop_all()
-                self._answers.append("emergency stop sent; who confirms it is told above")
+                self._answers.append("sending an emergency stop; who confirms it is told above")
+                self.desk.stop_all(self._answers.append)
             case Key.LEAST:
                 severities = list(Severity)
                 self._least = severities[(severities.index(self._least) + 1) % len(severities)]

@@ -73,7 +73,7 @@ def show(
     highest = Level[control.name] if control is not None else Level.WATCH
     with (
         connect(file, endpoints, stop) as operator,
-        LiveDesk(operator, "by the page") as desk,
+        LiveDesk(operator, "by the page", endpoints or ()) as desk,
         page_server(host, port, highest) as server,
     ):
         from cell.view.page import Page

@@ -3,6 +3,7 @@
 import threading
 import time
 from types import SimpleNamespace
+from typing import Any
 from unittest.mock import create_autospec
 
 import pytest
@@ -39,6 +40,81 @@ def test_a_halt_goes_out_whatever_the_files_are() -> None:
     operator.session.ask.assert_called_once()
 
 
+def of_cell() -> Any:
+    operator = create_autospec(Connection, instance=True)
+    operator.settings = SimpleNamespace(
+        name="cell", manager_endpoint="manager", gateways={"left_bus": SimpleNamespace(endpoint="gateway")}
+    )
+    return operator
+
+
+OPENS_S = {"opens at once": 0.0, "opens later": 0.4, "never opens": 10.0}
+
+
+@pytest.mark.parametrize(
+    ("manager", "gateway", "says"),
+    [
+        ("opens at once", "opens at once", ["emergency stop sent through manager, gateway, tunnel"]),
+        (
+            "opens at once",
+            "never opens",
+            [
+                "emergency stop sent through manager, tunnel",
+                "emergency stop sent through manager, tunnel; nobody answers at gateway",
+            ],
+        ),
+        (
+            "opens later",
+            "never opens",
+            [
+                "NO emergency stop was sent, use the hard-wired emergency stop: "
+                "nobody answers at manager; nobody answers at gateway; nobody answers at tunnel",
+                "emergency stop sent through manager, tunnel; nobody answers at gateway",
+            ],
+        ),
+    ],
+)
+def test_what_became_of_a_stop_is_told_by_its_doors(
+    monkeypatch: pytest.MonkeyPatch, manager: str, gateway: str, says: list[str]
+) -> None:
+    class Door:
+        def __init__(self, endpoint: str, *_: object) -> None:
+            self._endpoint = endpoint
+            self._opens_at = time.monotonic() + OPENS_S[gateway if endpoint == "gateway" else manager]
+
+        @property
+        def sent(self) -> bool:
+            return time.monotonic() >= self._opens_at
+
+        @property
+        def state(self) -> str:
+            return self._endpoint if self.sent else f"nobody answers at {self._endpoint}"
+
+        def close(self) -> None:
+            pass
+
+        def join(self, timeout_s: float) -> None:
+            pass
+
+    monkeypatch.setattr(live_desk, "Door", Door)
+    monkeypatch.setattr(live_desk, "DOOR_S", 0.2)
+    monkeypatch.setattr(live_desk, "_DOORS_OPEN_S", 0.8)
+    told: list[str] = []
+    with LiveDesk(of_cell(), "by the page", ["tunnel"]) as desk:
+        desk.stop_all(told.append)
+    assert told == says
+
+
+def test_a_stop_for_which_no_door_can_be_made_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(live_desk, "Door", create_autospec(live_desk.Door, side_effect=RuntimeError("no more threads")))
+    told: list[str] = []
+    with LiveDesk(of_cell(), "by the page") as desk:
+        desk.stop_all(told.append)
+    assert told == [
+        "the emergency stop may not have gone out, use the hard-wired emergency stop: RuntimeError('no more threads')"
+    ]
+
+
 def test_an_operator_who_leaves_at_once_leaves_when_the_stop_has_gone_out(monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     latched = threading.Event()
@@ -47,6 +123,7 @@ def test_an_operator_who_leaves_at_once_leaves_when_the_stop_has_gone_out(monkey
         def __init__(self, endpoint: str, _cells: object, _stop: object, answers: Answers, _: object) -> None:
             opened.append(endpoint)
             self._answers = answers
+            self.sent, self.state = True, endpoint
             threading.Thread(target=self._answer).start()
 
         def _answer(self) -> None:
@@ -61,14 +138,11 @@ def test_an_operator_who_leaves_at_once_leaves_when_the_stop_has_gone_out(monkey
             assert timeout_s > 0.0
 
     monkeypatch.setattr(live_desk, "Door", Door)
-    operator = create_autospec(Connection, instance=True)
-    operator.settings = SimpleNamespace(
-        name="cell", manager_endpoint="manager", gateways={"left_bus": SimpleNamespace(endpoint="gateway")}
-    )
+    operator = of_cell()
     threading.Timer(0.3, latched.set).start()
     began = time.monotonic()
     with LiveDesk(operator, "by the page") as desk:
-        desk.stop_all()
+        desk.stop_all(lambda _: None)
     assert latched.is_set(), "the desk was left before anybody had latched the stop"
     assert time.monotonic() - began < 5.0
     assert not opened

@@ -5,7 +5,7 @@ import os
 import pty
 import termios
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from io import StringIO
 
@@ -49,7 +49,7 @@ class Asked:
 
     operator: str = "test"
     orders: list[tuple[str, Command, Heard]] = field(default_factory=list)
-    stops: int = 0
+    stops: list[Callable[[str], None]] = field(default_factory=list)
     silent: bool = False
     refuses: bool = False
 
@@ -62,8 +62,8 @@ class Asked:
     def hold(self, message: JogHeld) -> None:
         raise AssertionError(message)
 
-    def stop_all(self) -> None:
-        self.stops += 1
+    def stop_all(self, tell: Callable[[str], None]) -> None:
+        self.stops.append(tell)
 
 
 @dataclass
@@ -146,7 +146,15 @@ def test_without_control_nothing_is_set_in_motion_and_every_stop_goes_out() -> N
     world.screen.press("h")
     world.answered("left: answer 1")
     assert [command for _, command, _ in world.desk.orders] == [Halt()]
-    assert world.desk.stops == 1
+    assert len(world.desk.stops) == 1
+
+
+def test_an_emergency_stop_is_sent_only_once_its_doors_say_so(world: World) -> None:
+    world.screen.press("e")
+    assert "sending an emergency stop" in world.text()
+    assert "stop sent" not in world.text()
+    world.desk.stops[0]("NO emergency stop was sent")
+    assert "NO emergency stop was sent" in world.text()
 
 
 def test_a_robot_that_was_not_heard_is_not_asked_and_one_that_does_not_answer_is_told() -> None:
