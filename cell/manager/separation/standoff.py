@@ -37,10 +37,9 @@ class StandoffWatch:
             )
         others = " and ".join(robot for robot in robots if robot != back)
         return (
-            f"let {back} back: `cell override {back} -50` until {others} can go on, then `cell halt {back}`; "
+            f"let {back} back: `cell override {back} -50` until {others} got through, then `cell override {back} 100`; "
             f"where what is kept of its path does not suffice, `cell halt {back}`, then jog it away "
-            f"(`cell jog {back} --help`); when {others} has passed: `cell override {back} 100`, "
-            f"after a jog `cell return {back}`, and `cell continue {back}`"
+            f"(`cell jog {back} --help`), and when {others} got through `cell return {back}` and `cell continue {back}`"
         )
 
 
