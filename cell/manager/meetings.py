@@ -111,7 +111,7 @@ class _Meeting:
         if at is None and said.meets.held_up:
             return f"whose program waits: {said.meets.held_up}"
         if at is None and said.mode is Mode.RUNNING and said.stop_time_s == 0.0:
-            return "which is on its way, and stands: `cell why` says what for"
+            return "which is on its way, but stands now"
         if at is None:
             return _DOING[said.mode] if said.mode is not None else "which does not say what it does"
         if at.meeting != self.name:

@@ -345,7 +345,7 @@ def test_nobody_leaves_before_the_last_one_has_come_and_all_leave_at_one_time(ne
     net.come("b")
     net.settle(2.0)
     assert net.leaves == []
-    assert net.reason("a") == "meeting load: waits for c, which is on its way"
+    assert net.reason("a") == "meeting load: waits for c, which is on its way, but stands now"
     net.come("c")
     came_at = net.now
     net.settle(1.0)
@@ -372,7 +372,7 @@ def test_the_manager_says_who_is_there_and_who_is_missing(net: Network) -> None:
     assert net.state is not None
     status = net.state.meetings["load"]
     assert status.there == ("b",)
-    assert status.missing == {"a": "which is on its way", "c": "which is halted"}
+    assert status.missing == {"a": "which is on its way, but stands now", "c": "which is halted"}
     assert net.state.meetings["other"].missing == {}
 
 
@@ -419,7 +419,7 @@ def test_in_a_loop_nobody_leaves_by_the_arrival_of_the_round_before(net: Network
     net.come("a")
     net.settle(2.0)
     assert [len([leave for leave in net.leaves if leave.robot == name]) for name in NAMES] == [3, 3, 3]
-    assert net.reason("a").startswith("meeting load: waits for b, which is on its way, and for c")
+    assert net.reason("a").startswith("meeting load: waits for b, which is on its way, but stands now, and for c")
 
 
 def test_one_that_did_not_hear_the_release_leaves_late_and_says_so(net: Network) -> None:
@@ -468,7 +468,8 @@ def test_a_time_out_ends_the_program_with_the_names_of_the_missing(net: Network)
     assert net.agents["a"].program.failed == ""
     net.settle(0.3)
     assert net.agents["a"].program.failed == (
-        "line 3: not left within 1 s: meeting load: waits for b, which is on its way, and for c, which is on its way"
+        "line 3: not left within 1 s: meeting load: waits for b, which is on its way, but stands now, and for c, "
+        "which is on its way, but stands now"
     )
     assert net.state is not None
     assert net.state.meetings["load"].there == ()

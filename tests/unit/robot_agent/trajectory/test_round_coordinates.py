@@ -53,12 +53,12 @@ def test_the_arch_from_place_to_place_is_one_motion_without_a_stop(sideways: tup
 @pytest.mark.parametrize(
     ("move", "why"),
     [
-        (Line(shifted(1e300), None, 7), r"line 7, .* coordinate of 1e\+300 m, allowed -1000 to 1000 m"),
+        (Line(shifted(1e300), None, 7), r"line 7: .* coordinate of 1e\+300 m, allowed -1000 to 1000 m"),
         (
             Spline(np.array([shifted(1e9), shifted(2e9)]), 7),
-            r"line 7, .* coordinate of 2e\+09 m, allowed -1000 to 1000 m",
+            r"line 7: .* coordinate of 2e\+09 m, allowed -1000 to 1000 m",
         ),
-        (Arc(shifted(0.1, 1e-3), shifted(0.2), 7, 200.0 * np.pi), "line 7, .* is 3141.91 m long, at most 2000 m are"),
+        (Arc(shifted(0.1, 1e-3), shifted(0.2), 7, 200.0 * np.pi), "line 7: .* is 3141.91 m long, at most 2000 m are"),
     ],
     ids=["line", "spline", "rounds of a wide arc"],
 )
