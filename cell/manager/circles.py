@@ -13,6 +13,7 @@ LASTING_S = 1.0
 """What lasts so long is no passing moment; what was not seen for so long is over."""
 
 C = TypeVar("C", bound=Hashable)
+W = TypeVar("W", bound=Hashable)
 
 
 @dataclass(slots=True)
@@ -47,7 +48,7 @@ class LastingCircles(Generic[C]):
         return found
 
 
-def circles_of(waiting: Mapping[str, Mapping[str, str]]) -> list[tuple[tuple[str, str], ...]]:
+def circles_of(waiting: Mapping[str, Mapping[W, str]]) -> list[tuple[tuple[str, W], ...]]:
     """As (robot, what it waits for), for each robot the shortest circle of which it is the first by name.
 
     `waiting`: by robot, what it waits for, and whose that is.
@@ -56,8 +57,8 @@ def circles_of(waiting: Mapping[str, Mapping[str, str]]) -> list[tuple[tuple[str
     return [circle for circle in circles if circle]
 
 
-def _circle(start: str, waiting: Mapping[str, Mapping[str, str]]) -> tuple[tuple[str, str], ...]:
-    ways: list[tuple[tuple[str, str], ...]] = [((start, what),) for what in waiting[start]]
+def _circle(start: str, waiting: Mapping[str, Mapping[W, str]]) -> tuple[tuple[str, W], ...]:
+    ways: list[tuple[tuple[str, W], ...]] = [((start, what),) for what in waiting[start]]
     reached = set[str]()
     for way in ways:  # grows while it is gone through: the shorter ways come first
         robot, what = way[-1]

@@ -105,7 +105,7 @@ class ManagerCore:
                 self._hear_presence(message, now)
                 self._setup.heard_robot(message, now)
                 self._confirmed(message.estop_acknowledged, f"robot {message.robot}", now)
-            case PlannedWay() if self._separation is not None and message.robot in self._settings.robots:
+            case PlannedWay() if self._separation is not None:
                 self._separation.planned(message)
             case GatewayState():
                 self._setup.heard_gateway(message)
@@ -133,7 +133,7 @@ class ManagerCore:
 
     def _hear_presence(self, presence: Presence, now: float) -> None:
         left_out = bool(self._presences.strangers_left_out)
-        if self._separation is not None and presence.robot in self._settings.robots:
+        if self._separation is not None:
             for news in self._separation.hear(presence):
                 self._tell_of_space(news, now)
         self._presences.hear(presence, lambda robot: any(robot in zone.suspects for zone in self._zones.values()), now)

@@ -194,18 +194,19 @@ def scheduling(priority: Priority | None) -> Iterator[None]:
     Threads that it starts have no part in it, except those of a `FEEDING` one: what works beside a loop (SDO, files)
     must not come before others.
     """
+    if priority is None:
+        yield
+        return
     policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
-    allowed = priority is not None
-    if priority is not None:
-        # A thread may set this flag of sched(7), and not take it back; without a real-time policy it changes nothing.
-        alone = 0 if priority is Priority.FEEDING else os.SCHED_RESET_ON_FORK
-        policy |= alone
-        try:
-            os.sched_setscheduler(0, os.SCHED_FIFO | alone, os.sched_param(priority))
-        except PermissionError:
-            allowed = False
+    # A thread may set this flag of sched(7), and not take it back; without a real-time policy it changes nothing.
+    alone = 0 if priority is Priority.FEEDING else os.SCHED_RESET_ON_FORK
+    allowed = True
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO | alone, os.sched_param(priority))
+    except PermissionError:
+        allowed = False
     try:
         yield
     finally:
         if allowed:
-            os.sched_setscheduler(0, policy, param)
+            os.sched_setscheduler(0, policy | alone, param)

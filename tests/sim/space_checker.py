@@ -68,6 +68,9 @@ class OnTheLine:
     def first_at_box(self, _robot: str, _asked: Sections, other: str, _box: Box) -> tuple[int, Refusal] | None:
         return 0, Refusal(other, f"{other} stays there")
 
+    def meets(self, _robot: str, body: Sections, _other: str, sections: Sections, _within_m: float = 0.0) -> bool:
+        return not set(places(body)).isdisjoint(places(sections))
+
 
 def presence(
     robot: str, boot: str, owner: int, sequence: int, way: Way, heard: Heard | None, epoch: int, taken: int = 0

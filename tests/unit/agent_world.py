@@ -151,7 +151,7 @@ class AgentWorld:
                 file=folder / "cell.yaml",
                 separation=separation,
                 robots={"left": left},
-                frames={"table": table},
+                frames=dict.fromkeys({"table", *parsed.frames}, table),
                 variables=variables or {},
             ),
             "left",

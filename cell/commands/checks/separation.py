@@ -90,8 +90,8 @@ def _apart(margin_m: float, names: tuple[str, str], robots: tuple[PlacedRobot, P
     bases = [each.pose_world_base[:3, 3] for each in robots]
     reaches = [each.model.reach_m for each in robots]
     from_other = capsule_distance(body, radii, np.array([bases[1]] * 2), np.array(reaches[1]))
-    near_m = margin_m + FOLLOWING_M  # as thick as sections are
     from_one = capsule_distance(other_body, other_radii, np.array([bases[0]] * 2), np.array(reaches[0]))
+    near_m = margin_m + FOLLOWING_M  # sections are so much thicker than a robot
     return Apart(
         names,
         margin_m,

@@ -85,7 +85,7 @@ def _one(robot: str, seen: Snapshot, clearance: Clearance | None) -> tuple[str, 
     if reason and state.program.waits_s is not None and reason == state.waiting_for:
         return f"{robot} waits, for {state.program.waits_s:.1f} s so far: {reason}", ""
     if reason:
-        helps = f"; {_stands(robot, state)}" if state.mode in _STANDS and "cell " not in reason else ""
+        helps = f"; {_stands(robot, state)}" if state.mode in _STANDS and "`cell " not in reason else ""
         return f"{robot} ({state.mode.value}): {reason}{helps}", ""
     return f"{robot} waits for nothing: {_stands(robot, state)}", ""
 

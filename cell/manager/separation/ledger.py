@@ -4,8 +4,7 @@ No rule here depends on a time: a robot keeps what it owns, and what was cleared
 old its newest presence is.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from collections.abc import Set as AbstractSet
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Protocol
@@ -13,7 +12,6 @@ from typing import Protocol
 import numpy as np
 
 from cell.geometry import Box, capsule_distance
-from cell.geometry.arrays import Array
 from cell.messages import Body, Presence
 from cell.messages.common import Vector
 from cell.messages.sections import Clearance, Refusal, Sections
@@ -79,6 +77,9 @@ class Separation(Protocol):
 
     def first_at_box(self, robot: str, asked: Sections, other: str, box: Box) -> TooNear:
         """The first section of `asked` that comes too near to the box in which `other` stays."""
+
+    def meets(self, robot: str, body: Sections, other: str, sections: Sections, within_m: float = 0.0) -> bool:
+        """Whether a robot's body comes nearer than that to sections of `other`; by default, whether they overlap."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,29 +228,22 @@ class Ledger:
         """All that a robot may use."""
         return self._robots[robot].reserved()
 
-    def intruded(self, name: str, body: Body, where: Whereabouts, fixed: Callable[[str], AbstractSet[int]]) -> str:
+    def intruded(self, name: str, body: Body, where: Whereabouts) -> str:
         """In whose reserved space a robot is measured, by the present pose of its body; empty: in nobody's.
 
         Robots that rest side by side when one of them is heard first are too near, and may part: then what the other
-        one is in does not count, but what it may go on into does.
-
-        Args:
-            name: the robot.
-            body: as it is measured.
-            where: by `hear`.
-            fixed: which of a robot's capsules never move: those of two robots may be as near as they are.
+        one is in does not count, but what it may go on into does. `where`: by `hear`.
         """
+        present = _present(body)
         for other, robot in self._robots.items():
             if other == name:
                 continue
-            both = fixed(name), fixed(other)
             if where is Whereabouts.APPEARED and robot.rests and robot.body is not None:
-                its = robot.body.poses[:1].astype(float), robot.body.radii_m.astype(float)
-                if _apart_m(body, *its, both) <= _SIDE_BY_SIDE_M:
+                its = _present(robot.body)
+                if self._separation.meets(name, present, other, its, _SIDE_BY_SIDE_M):
                     continue
-            for some in _parts(*robot.reserved()):
-                if _apart_m(body, some.points.astype(float), some.radii.astype(float), both) <= 0.0:
-                    return other
+            if any(self._separation.meets(name, present, other, some) for some in robot.reserved()):
+                return other
         return ""
 
     def clear(self) -> list[Clearance]:
@@ -349,16 +343,12 @@ def _is_where_said(presence: Presence, robot: _Robot) -> bool:
     return bool(covered.all())
 
 
-def _apart_m(body: Body, points: Array, radii: Array, fixed: tuple[AbstractSet[int], AbstractSet[int]]) -> float:
-    """How far a body, as it is now, is from capsules `(s, c, 2, 3)` of another robot; below 0 they touch."""
-    mine = body.poses[:1, :, None].astype(float), body.radii_m[None, :, None].astype(float)
-    distance = capsule_distance(*mine, points[:, None], radii[..., None, :])
-    ours, its = (np.isin(np.arange(count), list(f)) for count, f in zip(distance.shape[1:], fixed, strict=True))
-    return float(np.where(np.logical_and.outer(ours, its), np.inf, distance).min(initial=np.inf))
+def _present(body: Body) -> Sections:
+    """A body as it is measured now, as a section without an id."""
+    return Sections(np.zeros(1, np.uint64), body.poses[:1].astype(np.float32), body.radii_m[None].astype(np.float32))
 
 
-def _parts(*sections: Sections) -> Iterator[Sections]:
+def _parts(sections: Sections) -> Iterator[Sections]:
     """All of them, in parts that are compared in little memory."""
-    for some in sections:
-        for start in range(0, len(some), _AT_ONCE):
-            yield some[start : start + _AT_ONCE]
+    for start in range(0, len(sections), _AT_ONCE):
+        yield sections[start : start + _AT_ONCE]

@@ -145,6 +145,14 @@ class Nearness:
         kept = f"{1e3 * self._margin(robot, other):g} mm are kept"
         return self._first_at(robot, distance, other, f"the box to which {other} is confined; {kept}")
 
+    def meets(self, robot: str, body: Sections, other: str, sections: Sections, within_m: float = 0.0) -> bool:
+        """Whether a robot's body comes nearer than that to sections of another one; by default, whether they overlap.
+
+        Two capsules that never move may be as near as they are.
+        """
+        fixed = frozenset(self._fixed(robot)), frozenset(self._fixed(other))
+        return len(_near(body, sections, within_m, fixed).distance) > 0
+
     def _first_at(self, robot: str, distance: Array, other: str, where: str) -> tuple[int, Refusal] | None:
         """By the distance `(s, c)` of each capsule."""
         near = np.flatnonzero((distance <= self._margin(robot, other)).any(axis=1))

@@ -36,6 +36,7 @@ class Separation:
         """`settings` say by how much robots keep apart; `stored`: what operators said under a manager of before."""
         if settings.separation is None:
             raise ValueError("a cell that does not keep its robots apart")
+        self._robots = frozenset(settings.robots)
         self._links: dict[str, tuple[str, ...]] = {}
         self._fixed: dict[str, frozenset[int]] = {}
         self._beside: set[str] = set()
@@ -48,27 +49,32 @@ class Separation:
         self.waiting: dict[str, Refusal] = {}
         """Who rests and is cleared nothing, and why."""
         margins = {frozenset(pair.robots): pair.margin_m for pair in settings.separation.pairs}
-        nearness = Nearness(settings.separation.margin_m, margins, self._fixed_of, self._link)
+        nearness = Nearness(
+            settings.separation.margin_m, margins, lambda robot: self._fixed.get(robot, frozenset()), self._link
+        )
         self._order = Order(nearness)
         self._turn = Turn(self._order)
         self._ledger = Ledger(settings.robots, boot, epoch, nearness, self._order)
-        ours = [each for each in stored if each.robot in settings.robots]
+        ours = [each for each in stored if each.robot in self._robots]
         self.assurances = Assurances(self._ledger, ours, settings.times.moves_alone_s)
         self._standoffs = StandoffWatch(lambda robot, all_of_them: self._order.way_back(robot, all_of_them) is not None)
 
     def planned(self, way: PlannedWay) -> None:
-        """Take what a robot has planned."""
-        self._order.planned(way)
+        """Take what a robot of the cell has planned."""
+        if way.robot in self._robots:
+            self._order.planned(way)
 
     def hear(self, presence: Presence) -> Iterable[SpaceNews]:
-        """Take a presence, whatever its age; what there is to tell of it."""
+        """Take a presence of a robot of the cell, whatever its age; what there is to tell of it."""
         robot, way = presence.robot, presence.way
+        if robot not in self._robots:
+            return
         if way.links:
             self._links[robot], self._fixed[robot] = way.links, frozenset(way.fixed)
         self._at_rest[robot] = presence.stop_time_s == 0.0
         where = self._ledger.hear(presence)
         reserved = where is Whereabouts.RESERVED
-        other = "" if reserved else self._ledger.intruded(robot, presence.body, where, self._fixed_of)
+        other = "" if reserved else self._ledger.intruded(robot, presence.body, where)
         if reserved or (where is Whereabouts.APPEARED and not other):
             self._beside.discard(robot)
             self._breaching.discard(robot)
@@ -135,9 +141,6 @@ class Separation:
         dated = replace(refusal, since=cell_time if before is None else before[0].since)
         self._refused[robot] = dated, cell_time
         return dated
-
-    def _fixed_of(self, robot: str) -> frozenset[int]:
-        return self._fixed.get(robot, frozenset())
 
     def _link(self, robot: str, capsule: int) -> str:
         links = self._links.get(robot, ())

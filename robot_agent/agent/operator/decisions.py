@@ -486,7 +486,7 @@ class Decisions:
                 f"{self._robot} is in mode {mode.value}, only a halted program can continue"
                 f"{f' ({self._run.error})' if self._run.error else ''}: {self._way_out(mode)}"
             )
-        refused = self._led_astray(now) or self._to_path(situation)
+        refused = self._stands_again(now) or self._to_path(situation)
         if refused is not None:
             return refused
         self._pace.no_step()
@@ -524,8 +524,8 @@ class Decisions:
         self._interruption.go_back(executive, situation.planner, feedback, gap, goes_on)
         return None
 
-    def _led_astray(self, now: float) -> Refused | None:
-        """The answer where what the program follows would halt it again at once."""
+    def _stands_again(self, now: float) -> Refused | None:
+        """The answer where the program would stand again at once."""
         if self._interruption.outdated:
             return Refused(
                 f"{self._robot} cannot go on: the zones have changed since its motion was planned: "
@@ -545,7 +545,7 @@ class Decisions:
             if isinstance(started, Refused):
                 return started
             mode = started.mode
-        elif (refused := self._led_astray(now) or self._to_path(situation)) is not None:
+        elif (refused := self._stands_again(now) or self._to_path(situation)) is not None:
             return refused
         else:
             mode = self._going_on(mode)

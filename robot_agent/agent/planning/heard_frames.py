@@ -22,7 +22,7 @@ class HeardFrames:
 
     def heard(self, frame: FramePose) -> bool:
         """Take a frame of the cell, unless it is no newer than what is known; whether it is news that is needed."""
-        if frame.frame not in self._of_cell | self._needed:
+        if frame.frame not in self._of_cell:
             return False
         known = self._heard.get(frame.frame)
         if known is not None and frame.version <= known.version:

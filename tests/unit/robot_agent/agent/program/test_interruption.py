@@ -408,3 +408,17 @@ def test_where_it_was_is_forgotten_when_that_means_nothing_any_more(
     assert robot.world.state.program.state is ProgramState.FAILED
     assert words in robot.world.state.program.error
     assert robot.order(Continue()).startswith("no: ")
+
+
+@pytest.mark.parametrize("order", [Continue(), Step()])
+def test_a_halted_program_does_not_go_on_after_a_change_of_zones_and_says_what_does(order: Command) -> None:
+    robot = in_mid_line()
+    robot.order(Halt())
+    robot.until(Mode.HALTED)
+    robot.world.run(1.0)
+    change_zones(robot)
+    answer = robot.order(order)
+    assert answer.startswith("no: "), answer
+    assert "the zones have changed since its motion was planned: `cell run left`" in answer
+    assert robot.mode is Mode.HALTED
+    assert not robot.order(Run()).startswith("no: ")
