@@ -99,10 +99,10 @@ class LivingBus(Bus):
         self._clock.after(left_s, self._live)
 
     def send(self, frame: CanFrame, now: float) -> None:
-        if frame.id == SYNC:
-            self._synced = True
         if self.broken:
             return
+        if frame.id == SYNC:
+            self._synced = True
         for answer in self._carrier.receive(frame, now):
             self._to_port(answer)
 

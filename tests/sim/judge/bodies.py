@@ -55,7 +55,7 @@ class BodyIsPublished(Invariant):
             return
         age = sample.at - sample.shown.at
         hindered = self.facts.hindered(sample.robot, sample.shown.at)
-        silent = age > self.facts.cell.times.fresh_s or not self.facts.alive(f"robot/{sample.robot}")
+        silent = age > self.facts.cell.times.fresh_s or not sample.spoken_for
         if hindered and (silent or self.facts.unaware(sample.robot, sample.at)):
             # One that is silent may be anywhere: so says the manager once it has noticed, and blocks its zones. What a
             # drive does that fails before, while no agent lives or hears of it, nobody can know.

@@ -119,6 +119,8 @@ class Sample:
     mode: Mode
     mode_since: float
     """By the newest state of the robot."""
+    spoken_for: bool
+    """The agent that published it runs, and is not frozen."""
     points: Floats = field(default_factory=lambda: np.zeros((0, 2, 3)))
     """`(c, 2, 3)` [m] capsules in world."""
     tcp: Floats = field(default_factory=lambda: np.zeros(3))
@@ -507,7 +509,9 @@ class Facts:
             self._lately[robot].append(axes)
             mode, since = self.modes.get(robot, (Mode.STARTING, self.start))
             self._moving[robot] = moving
-            self._kept.append(Sample(self.now, robot, axes, moving, self.shown.get(robot), self.manager, mode, since))
+            shown, agent = self.shown.get(robot), f"robot/{robot}"
+            spoken_for = shown is not None and self.alive(agent) and shown.message.boot == self.told[agent].boot
+            self._kept.append(Sample(self.now, robot, axes, moving, shown, self.manager, mode, since, spoken_for))
         if len(self._kept) >= BATCH * len(self.robots):
             self.flush()
 

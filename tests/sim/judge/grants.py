@@ -374,12 +374,6 @@ class FirstComeFirstServed(Invariant):
         super().__init__(facts)
         self._came: dict[tuple[str, str], int] = {}
         """By zone and robot: the state of the manager that showed it in the line first."""
-        self._left: set[tuple[str, str]] = set()
-        """Those who said meanwhile that they do not want it."""
-
-    @property
-    def delivered(self) -> Handlers:
-        return {Presence: self._presence}
 
     @property
     def published(self) -> Handlers:
@@ -389,15 +383,12 @@ class FirstComeFirstServed(Invariant):
         if name == "manager":
             self._came.clear()
 
-    def _presence(self, name: str, presence: Presence) -> None:
-        if name == "manager":
-            self._left |= {(zone, presence.robot) for zone in self.facts.boxes if zone not in presence.wants}
-
     def _state(self, _: str, state: ManagerState) -> None:
         line = {(zone, robot) for zone, status in state.zones.items() for robot in status.queue}
-        kept = {place: came for place, came in self._came.items() if place in line - self._left}
+        presences = self.facts.told["manager"].presences
+        wanted = {(zone, robot) for robot, presence in presences.items() for zone in presence.wants}
+        kept = {place: came for place, came in self._came.items() if place in line & wanted}
         self._came = dict.fromkeys(line, state.sequence) | kept
-        self._left.clear()
         for zone, status in state.zones.items():
             for behind, robot in enumerate(status.queue[1:], 1):
                 before = [other for other in status.queue[:behind] if self._alone(other)]
