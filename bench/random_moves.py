@@ -11,7 +11,7 @@ from bench.timing import Row
 from cell.geometry import from_xyz_abc
 from cell.geometry.arrays import Array
 from robot_agent.kinematics import load_model
-from robot_agent.paths import Arc, Block, Line, Sequence, Spline
+from robot_agent.paths import Arc, Line, Move, Sequence, Spline
 from robot_agent.trajectory import Limits, PlanError, plan
 
 MODELS = Path(__file__).parents[1] / "cell_configs" / "models"
@@ -64,7 +64,7 @@ def _taken(family: str, place: _Place) -> Iterator[float]:
     limits, start = Limits.of(model.description), model.home + place.beside_home
     planned = 0
     for seed in range(MOST_TRIES):
-        program = Sequence(_blocks(model.forward(start), place, np.random.default_rng(seed)))
+        program = Sequence(_moves(model.forward(start), place, np.random.default_rng(seed)))
         begin = time.process_time()
         try:
             plan(model, program, limits, start=start)
@@ -76,7 +76,7 @@ def _taken(family: str, place: _Place) -> Iterator[float]:
             return
 
 
-def _blocks(first: Array, place: _Place, rng: np.random.Generator) -> list[Block]:
+def _moves(first: Array, place: _Place, rng: np.random.Generator) -> list[Move]:
     def pose() -> Array:
         made = first.copy()
         made[:3, 3] += rng.uniform(-place.size_m, place.size_m, 3)
@@ -84,12 +84,12 @@ def _blocks(first: Array, place: _Place, rng: np.random.Generator) -> list[Block
         made[:3, :3] = from_xyz_abc(np.concatenate([np.zeros(3), turns]))[:3, :3] @ first[:3, :3]
         return made
 
-    blocks: list[Block] = []
+    moves: list[Move] = []
     for number, kind in enumerate(rng.integers(0, 3, MOVES).tolist(), 1):
         if kind == 0:
-            blocks.append(Line(pose(), SPEED_M_S, number, round_m=ROUND_M))
+            moves.append(Line(pose(), SPEED_M_S, number, round_m=ROUND_M))
         elif kind == 1:
-            blocks.append(Arc(pose(), pose(), number, speed_m_s=SPEED_M_S, round_m=ROUND_M))
+            moves.append(Arc(pose(), pose(), number, speed_m_s=SPEED_M_S, round_m=ROUND_M))
         else:
-            blocks.append(Spline(pose()[None], number, SPEED_M_S))
-    return blocks
+            moves.append(Spline(pose()[None], number, SPEED_M_S))
+    return moves

@@ -9,17 +9,17 @@ from robot_agent.paths.arc import Arc
 from robot_agent.paths.errors import PathError
 from robot_agent.paths.joint_move import JointMove
 from robot_agent.paths.line import Line, LineGeometry
-from robot_agent.paths.sequence import Block, Sequence
+from robot_agent.paths.sequence import Move, Sequence
 from robot_agent.paths.spline import Spline
 from robot_agent.paths.transition import Continuity, Passing, Transition
 
 __all__ = [
     "Arc",
-    "Block",
     "Continuity",
     "JointMove",
     "Line",
     "LineGeometry",
+    "Move",
     "Passing",
     "PathError",
     "Sequence",

@@ -24,12 +24,12 @@ TcpMove = Line | Arc | Spline
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leg:
-    """A part of block `block`: a curve and its turns, anchored by distance from the leg's beginning.
+    """A part of move `move`: a curve and its turns, anchored by distance from the leg's beginning.
 
     A turn on the spot has no curve of its own: its `curve` stands still and its distance is the angle [rad].
     """
 
-    block: int
+    move: int
     curve: Curve
     turns: tuple[Turn, ...]
     ends_m: tuple[float, ...]
@@ -51,45 +51,45 @@ class Leg:
 
 
 def legs(
-    blocks: Sequence[tuple[int, TcpMove]],
+    moves: Sequence[tuple[int, TcpMove]],
     start: Numbers,
     arrival: Numbers | None = None,
     departure: Numbers | None = None,
     following: TcpMove | None = None,
 ) -> list[Leg]:
-    """The legs of consecutive blocks (index, move) from TCP pose `start` `(4, 4)`; empty moves have none.
+    """The legs of consecutive moves (index, move) from TCP pose `start` `(4, 4)`; empty moves have none.
 
-    `arrival` and `departure` are the twists `(6,)` per metre with which the robot comes to the first block and leaves
+    `arrival` and `departure` are the twists `(6,)` per metre with which the robot comes to the first move and leaves
     the last one on joint moves; splines take them over. A spline at the end arrives as it does where the move
-    `following` is one more block. Raises PathError.
+    `following` is one more move. Raises PathError.
     """
     if following is not None:
-        last = blocks[-1][0]
+        last = moves[-1][0]
         try:
-            whole = legs([*blocks, (last + 1, following)], start, arrival)
+            whole = legs([*moves, (last + 1, following)], start, arrival)
         except PathError as error:
             if error.move <= last:
                 raise
-            return legs(blocks, start, arrival)
-        return [leg for leg in whole if leg.block <= last]
+            return legs(moves, start, arrival)
+        return [leg for leg in whole if leg.move <= last]
     made: list[Leg] = []
     pose, first = start, 0
-    while first < len(blocks):
-        index, block = blocks[first]
-        if isinstance(block, Spline):
+    while first < len(moves):
+        index, move = moves[first]
+        if isinstance(move, Spline):
             last = first
-            while last + 1 < len(blocks) and _goes_on(block, blocks[last + 1][1]):
+            while last + 1 < len(moves) and _goes_on(move, moves[last + 1][1]):
                 last += 1
-            ahead = legs(blocks[last + 1 : last + 2], _end_pose(blocks[last][1]))
+            ahead = legs(moves[last + 1 : last + 2], _end_pose(moves[last][1]))
             comes = _arrival(made) if made else _direction(arrival)
-            leaves = _departure(ahead) if last + 1 < len(blocks) else _direction(departure)
-            group = _spline(blocks[first : last + 1], pose, comes, leaves)
+            leaves = _departure(ahead) if last + 1 < len(moves) else _direction(departure)
+            group = _spline(moves[first : last + 1], pose, comes, leaves)
             first, end = last, _leg_end(group[-1]) if group else pose
         else:
-            group = _line(index, block, pose) if isinstance(block, Line) else _arc(index, block, pose)
-            end = end_of(block, pose)
-        if block.tangential_rad is not None:
-            group = _following(group, block.tangential_rad, pose)
+            group = _line(index, move, pose) if isinstance(move, Line) else _arc(index, move, pose)
+            end = end_of(move, pose)
+        if move.tangential_rad is not None:
+            group = _following(group, move.tangential_rad, pose)
             end = _leg_end(group[-1]) if group else pose
         made += group
         pose = end
@@ -101,10 +101,10 @@ def legs(
     return made
 
 
-def half_turns(blocks: Sequence[tuple[int, TcpMove]], start: Numbers) -> set[int]:
-    """The blocks of `legs` in which the tool makes half a turn, whose two ways are as long. Raises PathError."""
-    made = legs(blocks, start)
-    return {each.block for leg in made for each in (leg, *turn_before(leg)) if each.half_turn}
+def half_turns(moves: Sequence[tuple[int, TcpMove]], start: Numbers) -> set[int]:
+    """The moves of `legs` in which the tool makes half a turn, whose two ways are as long. Raises PathError."""
+    made = legs(moves, start)
+    return {each.move for leg in made for each in (leg, *turn_before(leg)) if each.half_turn}
 
 
 def _turns_freely(leg: Leg) -> bool:
@@ -125,7 +125,7 @@ def _following(group: list[Leg], angle_rad: float, start: Numbers) -> list[Leg]:
         tangents = leg.curve.at(np.linspace(0.0, leg.curve.length_m, _LOOKED_AT))[1]
         if np.abs(tangents[:, 2]).max() > STEEPEST:
             reason = "the path goes straight up or down, which gives the tool no direction to follow"
-            raise PathError(leg.block, reason, "switch TANG off for this move, or let it go less steeply")
+            raise PathError(leg.move, reason, "switch TANG off for this move, or let it go less steeply")
         followed = Turn(rotation, UP, 0.0, 0.0)
         ends_m = (leg.curve.length_m,)
         made.append(replace(leg, turns=(followed,), ends_m=ends_m, tangential_rad=angle_rad, half_turn=False))
@@ -141,20 +141,20 @@ def turn_before(leg: Leg) -> list[Leg]:
     rotation = leg.turns[0].rotation
     needed = aligned(rotation, tangent, leg.tangential_rad)
     axis, angle = turn_between(rotation, needed)
-    turn = replace(_on_the_spot(leg.block, place, rotation, axis, angle), half_turn=is_half_turn(rotation, needed))
+    turn = replace(_on_the_spot(leg.move, place, rotation, axis, angle), half_turn=is_half_turn(rotation, needed))
     return [turn] if angle > _SAME_HEADING_RAD else []
 
 
-def end_of(block: TcpMove, start: Numbers) -> Numbers:
-    """The pose `(4, 4)` in which a block ends that begins in `start`; without a way it stays in its place."""
-    if isinstance(block, Arc) and (block.angle_rad is not None or block.lift_m != 0.0):
+def end_of(move: TcpMove, start: Numbers) -> Numbers:
+    """The pose `(4, 4)` in which a move ends that begins in `start`; without a way it stays in its place."""
+    if isinstance(move, Arc) and (move.angle_rad is not None or move.lift_m != 0.0):
         try:
-            made = _arc(0, block, start)
+            made = _arc(0, move, start)
         except PathError:
             return start  # planning refuses this arc and names its line
         return _leg_end(made[0]) if made else start
-    pose = _end_pose(block)
-    if isinstance(block, Line):
+    pose = _end_pose(move)
+    if isinstance(move, Line):
         line = LineGeometry.between(start, pose)
         if line.length_m == 0.0:
             pose = start if line.is_empty else np.block([[pose[:3, :3], start[:3, 3:]], [np.eye(4)[3:]]])
@@ -171,22 +171,22 @@ def _leg_end(leg: Leg) -> Numbers:
     return pose
 
 
-def _end_pose(block: TcpMove) -> Numbers:
-    return np.asarray(block.poses[-1] if isinstance(block, Spline) else block.target_pose, dtype=np.float64)
+def _end_pose(move: TcpMove) -> Numbers:
+    return np.asarray(move.poses[-1] if isinstance(move, Spline) else move.target_pose, dtype=np.float64)
 
 
-def _line(index: int, block: Line, start: Numbers) -> list[Leg]:
-    line = LineGeometry.between(start, block.target_pose)
+def _line(index: int, move: Line, start: Numbers) -> list[Leg]:
+    line = LineGeometry.between(start, move.target_pose)
     if line.is_empty:
         return []
-    length, half = line.length_m, is_half_turn(start[:3, :3], block.target_pose[:3, :3])
+    length, half = line.length_m, is_half_turn(start[:3, :3], move.target_pose[:3, :3])
     if length == 0.0:
         turn = _on_the_spot(index, start[:3, 3], start[:3, :3], line.axis, line.angle)
-        return [replace(turn, flips=block.wrist_may_flip, half_turn=half)]
+        return [replace(turn, flips=move.wrist_may_flip, half_turn=half)]
     even = Turn(start[:3, :3], line.axis, line.angle / length, 0.0)
     curve = Straight(start[:3, 3], line.displacement / length, length)
-    flips = block.wrist_may_flip
-    return [Leg(index, curve, (even,), (length,), False, False, block.round_m, flips=flips, half_turn=half)]
+    flips = move.wrist_may_flip
+    return [Leg(index, curve, (even,), (length,), False, False, move.round_m, flips=flips, half_turn=half)]
 
 
 def _on_the_spot(index: int, place: Numbers, rotation: Numbers, axis: Numbers, angle: float) -> Leg:
@@ -194,36 +194,36 @@ def _on_the_spot(index: int, place: Numbers, rotation: Numbers, axis: Numbers, a
     return Leg(index, still, (Turn(rotation, axis, 1.0, 0.0),), (angle,), True, False, 0.0)
 
 
-def _arc(index: int, block: Arc, start: Numbers) -> list[Leg]:
-    points = [pose[:3, 3] for pose in (start, block.via_pose, block.target_pose)]
+def _arc(index: int, move: Arc, start: Numbers) -> list[Leg]:
+    points = [pose[:3, 3] for pose in (start, move.via_pose, move.target_pose)]
     geometry = CircleGeometry.through(*points)
     if geometry is None:
         places = "; ".join(" ".join(f"{1000.0 * value:.3f}" for value in point) for point in points)
         reason = f"start, via point and target of the arc, at {places} mm, lie on one line or coincide"
         raise PathError(index, reason, "move the via point away from the line, or use a line")
-    angle = geometry.target_rad if block.angle_rad is None else block.angle_rad
+    angle = geometry.target_rad if move.angle_rad is None else move.angle_rad
     base = geometry.circle
-    circle = type(base)(base.centre, base.u, base.v, base.radius_m, angle, block.lift_m)
+    circle = type(base)(base.centre, base.u, base.v, base.radius_m, angle, move.lift_m)
     if circle.length_m <= SAME_PLACE_M:
         return []
-    rotations = [pose[:3, :3] for pose in (start, block.via_pose, block.target_pose)]
+    rotations = [pose[:3, :3] for pose in (start, move.via_pose, move.target_pose)]
     borders = [0.0, geometry.via_rad, geometry.target_rad]
     turns, ends = _turns_around(rotations, borders, angle, circle.length_m / abs(angle))
-    half = _turns_half(start, block, beyond=not 0.0 < angle <= geometry.target_rad)
-    return [Leg(index, circle, turns, ends, False, False, block.round_m, half_turn=half)]
+    half = _turns_half(start, move, beyond=not 0.0 < angle <= geometry.target_rad)
+    return [Leg(index, circle, turns, ends, False, False, move.round_m, half_turn=half)]
 
 
-def _turns_half(start: Numbers, block: Arc, beyond: bool) -> bool:
+def _turns_half(start: Numbers, move: Arc, beyond: bool) -> bool:
     """Whether an arc has half a turn at once: from point to point, or evenly over the via point.
 
     `beyond`: it passes what is left of the circle, too.
     """
-    first, via, last = (pose[:3, :3] for pose in (start, block.via_pose, block.target_pose))
+    first, via, last = (pose[:3, :3] for pose in (start, move.via_pose, move.target_pose))
     if is_half_turn(first, via) or is_half_turn(via, last):
         return True
     if not is_half_turn(first, last):
         return False
-    even = evenly_turned(start, block.via_pose, block.target_pose)[:3, :3]
+    even = evenly_turned(start, move.via_pose, move.target_pose)[:3, :3]
     return beyond or bool(np.abs(even - via).max() < _NO_TURN_RAD)
 
 
@@ -251,17 +251,17 @@ def _turns_around(
 
 
 def _spline(
-    blocks: Sequence[tuple[int, TcpMove]], start: Numbers, arrival: Numbers | None, departure: Numbers | None
+    moves: Sequence[tuple[int, TcpMove]], start: Numbers, arrival: Numbers | None, departure: Numbers | None
 ) -> list[Leg]:
     poses = [start]
-    owners: list[tuple[int, float | None]] = [(blocks[0][0], None)]
-    for index, block in blocks:
-        if isinstance(block, Spline):
-            for pose in block.poses:
+    owners: list[tuple[int, float | None]] = [(moves[0][0], None)]
+    for index, move in moves:
+        if isinstance(move, Spline):
+            for pose in move.poses:
                 if np.linalg.norm(pose[:3, 3] - poses[-1][:3, 3]) > SAME_PLACE_M:
                     poses.append(pose)
-                    owners.append((index, block.round_m))
-                elif block.tangential_rad is None:
+                    owners.append((index, move.round_m))
+                elif move.tangential_rad is None:
                     _refuse_turn(index, poses[-1], pose)
     if len(poses) < 2:
         return []

@@ -1,4 +1,4 @@
-"""What steps where one block ends and another begins, in numbers and for people."""
+"""What steps where one move ends and another begins, in numbers and for people."""
 
 import math
 from dataclasses import dataclass
@@ -22,10 +22,10 @@ _SAME_CURVATURE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """Two blocks of the TCP at their border."""
+    """Two moves of the TCP at their border."""
 
     before: int
-    block: int
+    move: int
     turn_rad: float
     """By how much the direction of the path turns."""
     curvature_step: float
@@ -41,8 +41,8 @@ class Meeting:
         kink, step = (float(np.linalg.norm(ends[1][order] - ends[0][order])) for order in (1, 2))
         rates = _rate(before, ends[0], -1), _rate(after, ends[1], 0)
         return cls(
-            before.block,
-            after.block,
+            before.move,
+            after.move,
             2.0 * float(np.arcsin(min(1.0, kink / 2.0))),
             step,
             float(np.linalg.norm(rates[1] - rates[0])),
@@ -72,20 +72,20 @@ class Meeting:
         """Without a stop, at most `deviation_m` away from both."""
         plain = deviation_m == 0.0 and self.rate_step_rad_m <= _SAME_TURN_RAD_M
         passing = Passing.THROUGH if plain else Passing.BLENDED
-        return Transition(self.before, self.block, self.continuity, passing, self.reason, deviation_m)
+        return Transition(self.before, self.move, self.continuity, passing, self.reason, deviation_m)
 
     def rounded(self, cut_m: float, deviation_m: float) -> Transition:
         """With a round edge that begins `cut_m` before the corner and passes it at `deviation_m`."""
         reason = f"{self.reason}; {edge_text(self.round_m or 0.0, cut_m)}"
-        return Transition(self.before, self.block, self.continuity, Passing.ROUNDED, reason, deviation_m, cut_m=cut_m)
+        return Transition(self.before, self.move, self.continuity, Passing.ROUNDED, reason, deviation_m, cut_m=cut_m)
 
 
-def via(block: int, before: Turn, after: Turn, swing_rad: float) -> list[Transition]:
-    """Where one turn passes into another inside a block; none where both are as fast."""
+def via(move: int, before: Turn, after: Turn, swing_rad: float) -> list[Transition]:
+    """Where one turn passes into another inside a move; none where both are as fast."""
     step = float(np.linalg.norm(after.velocity - before.velocity))
     if step <= _SAME_TURN_RAD_M:
         return []
-    return [Transition(block, block, Continuity.C0, Passing.BLENDED, rate_reason(step), 0.0, swing_rad)]
+    return [Transition(move, move, Continuity.C0, Passing.BLENDED, rate_reason(step), 0.0, swing_rad)]
 
 
 def rate_reason(rate_rad_m: float) -> str:

@@ -34,11 +34,11 @@ class PosePath:
 
     chain: CurveChain
     orientation: Orientation | Tangential | FittedOrientation
-    blocks: tuple[int, ...]
-    block_ends_m: Numbers
-    """`(len(blocks),)` where each block ends."""
+    moves: tuple[int, ...]
+    move_ends_m: Numbers
+    """`(len(moves),)` where each move ends."""
     transitions: tuple[Transition, ...]
-    """Between its blocks."""
+    """Between its moves."""
 
     @property
     def length_m(self) -> float:
@@ -140,15 +140,15 @@ class _Assembly:
             last = body.length_m - (0.0 if self._cuts[number + 1] else trims[number + 1])
             self._turn_along(number, self._at - first, body.length_m)
             self._append(Trimmed(body, first, last))
-            self._ends[leg.block] = self._at
+            self._ends[leg.move] = self._at
             joint = made[number + 1]
             if joint is not None:
                 before = self._at
                 self._append(joint)
-                self._ends[leg.block] = (before + self._at) / 2.0
+                self._ends[leg.move] = (before + self._at) / 2.0
                 if self._cuts[number + 1]:
                     self._windows.append(Window(before, self._at))
-        self._ends[self._legs[-1].block] = self._at
+        self._ends[self._legs[-1].move] = self._at
         chain = CurveChain(tuple(self._curves), np.array(self._starts))
         return PosePath(
             chain,
@@ -171,12 +171,12 @@ class _Assembly:
         if before is not None:
             lead = _turning_at(turns[0], before, 0.0)
             wide = _wide(lead, turns[0], self._sections[0])
-            self._vias += via(self._legs[0].block, lead, turns[0], swing(lead, turns[0], wide, one_sided=True))
+            self._vias += via(self._legs[0].move, lead, turns[0], swing(lead, turns[0], wide, one_sided=True))
             windows, turns = [Window(0.0, wide), *windows], [lead, *turns]
         if behind is not None:
             lead = _turning_at(turns[-1], behind, self._at)
             wide = _wide(lead, turns[-1], self._sections[-1])
-            self._vias += via(self._legs[-1].block, turns[-1], lead, swing(turns[-1], lead, wide, one_sided=True))
+            self._vias += via(self._legs[-1].move, turns[-1], lead, swing(turns[-1], lead, wide, one_sided=True))
             windows, turns = [*windows, Window(self._at - wide, self._at)], [*turns, lead]
         return Orientation(tuple(turns), tuple(windows))
 
@@ -212,7 +212,7 @@ class _Assembly:
         """How far the orientation leaves the programmed one where `turn` takes over, inside a leg or before it."""
         swing_rad = swing(self._turns[-1], turn, width_m)
         if inside:
-            self._vias += via(self._legs[number].block, self._turns[-1], turn, swing_rad)
+            self._vias += via(self._legs[number].move, self._turns[-1], turn, swing_rad)
         else:
             self._met[number] = replace(self._met[number], deviation_rad=swing_rad)
 

@@ -71,43 +71,43 @@ class _Vertices:
 
 
 def smoothed(
-    blocks: Sequence[tuple[int, Line | Arc]],
+    moves: Sequence[tuple[int, Line | Arc]],
     aimed: Numbers,
     start: Numbers,
     entry: Entry | None,
     beyond: Sequence[Line | Arc],
     blend_m: float,
 ) -> list[PosePath]:
-    """Paths along blocks (index, move) of one tolerance, from corner to corner; it stops between them.
+    """Paths along moves (index, move) of one tolerance, from corner to corner; it stops between them.
 
-    The first begins in pose `start` `(4, 4)`, within the tolerance of `aimed`, where the blocks begin; moving as
+    The first begins in pose `start` `(4, 4)`, within the tolerance of `aimed`, where the moves begin; moving as
     `entry` says, where that is possible. The last leads towards what is `beyond`. Where no smooth curve is within the
-    tolerance the blocks are passed as they are, as `pose_paths` does with `blend_m`. Raises PathError.
+    tolerance the moves are passed as they are, as `pose_paths` does with `blend_m`. Raises PathError.
     """
-    return _Smoothing(blocks, aimed, start, entry, beyond, blend_m).paths()
+    return _Smoothing(moves, aimed, start, entry, beyond, blend_m).paths()
 
 
 class _Smoothing:
-    """The paths along some blocks, in order."""
+    """The paths along some moves, in order."""
 
     def __init__(
         self,
-        blocks: Sequence[tuple[int, Line | Arc]],
+        moves: Sequence[tuple[int, Line | Arc]],
         aimed: Numbers,
         start: Numbers,
         entry: Entry | None,
         beyond: Sequence[Line | Arc],
         blend_m: float,
     ) -> None:
-        tolerance = blocks[0][1].tolerance
+        tolerance = moves[0][1].tolerance
         if tolerance is None:
             raise ValueError("smooth curves keep to a tolerance, and the first move has none")
-        self._blocks, self._blend_m, self._tolerance = blocks, blend_m, tolerance
-        moves = [*(block for _, block in blocks), *beyond]
-        self._line = _without_specks(_vertices(moves, aimed, tolerance), tolerance)
+        self._moves, self._blend_m, self._tolerance = moves, blend_m, tolerance
+        lines = [*(move for _, move in moves), *beyond]
+        self._line = _without_specks(_vertices(lines, aimed, tolerance), tolerance)
         self._entry = entry if entry is not None and self._goes_on(entry) else None
-        self._last = int(self._line.ends[len(blocks) - 1])
-        """The vertex at which the blocks end."""
+        self._last = int(self._line.ends[len(moves) - 1])
+        """The vertex at which the moves end."""
         self._made: list[PosePath] = []
         self._ended: dict[int, Numbers] = {0: start}
         """The pose in which the path passes a vertex, where it is not quite that: near vertices are one."""
@@ -130,7 +130,7 @@ class _Smoothing:
         return self._made
 
     def _goes_on(self, entry: Entry) -> bool:
-        """Whether there is no corner where the blocks begin."""
+        """Whether there is no corner where the moves begin."""
         ahead = _at_way(self._line, np.array([_SEEN * self._tolerance.distance_m]))[0] - self._line.places[0]
         return bool(_angles(entry.tangent[None], ahead[None])[0] <= CORNER_RAD)
 
@@ -169,10 +169,8 @@ class _Smoothing:
         return pose
 
     def _plainly(self, first: int, last: int) -> None:
-        """The blocks as they are."""
-        own = [
-            block for block, end in zip(self._blocks, self._line.ends, strict=False) if first < end <= last or not last
-        ]
+        """The moves as they are."""
+        own = [move for move, end in zip(self._moves, self._line.ends, strict=False) if first < end <= last or not last]
         made = pose_paths(legs(own, self._pose(first)), self._blend_m)
         self._ended[last] = made[-1].poses(np.array([made[-1].length_m]))[0] if made else self._pose(first)
         self._made += made
@@ -204,13 +202,13 @@ class _Smoothing:
             orientation = Orientation((Turn(start[:3, :3], np.array([0.0, 0.0, 1.0]), 0.0, 0.0),), ())
         else:
             orientation = FittedOrientation(chain, spline.powers[..., 3:])
-        ends = self._line.ends[: len(self._blocks)]
+        ends = self._line.ends[: len(self._moves)]
         begins = np.append(0, ends[:-1])
         own = np.flatnonzero((begins < last) & (ends > first) | (ends == last) | (ends == 0) & (first == 0))
         vertex = np.clip(ends[own], first, last) - first
         index = np.clip(np.searchsorted(spline.knots, t[vertex], side="right") - 1, 0, len(curves) - 1)
         u = (t[vertex] - spline.knots[index]) / np.diff(spline.knots)[index]
-        numbers = tuple(self._blocks[k][0] for k in own.tolist())
+        numbers = tuple(self._moves[k][0] for k in own.tolist())
         count = f"{len(own)} moves in {len(curves)} curves"
         slack = self._line.slack
         told = Transition(

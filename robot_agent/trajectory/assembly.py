@@ -1,4 +1,4 @@
-"""From paths and their timing to a motion: when each block ends, and where the robot rests."""
+"""From paths and their timing to a motion: when each move ends, and where the robot rests."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -22,11 +22,11 @@ _EXACT_S = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kept:
-    """What comes before the new runs as it is: its curve, when its blocks end, its rests, how its blocks meet."""
+    """What comes before the new runs as it is: its curve, when its moves end, its rests, how its moves meet."""
 
     pieces: Pieces
     ends: Numbers
-    """`(blocks,)`, also of those that end in the first of the runs: these are looked up there."""
+    """`(moves,)`, also of those that end in the first of the runs: these are looked up there."""
     rests: Numbers
     transitions: tuple[Transition, ...]
 
@@ -43,23 +43,23 @@ class Kept:
 
 
 def assembled(
-    model: Model, kept: Kept, blocks: int, runs: list[JointPath | Independent], timed: list[Timed], cycle_s: float
+    model: Model, kept: Kept, moves: int, runs: list[JointPath | Independent], timed: list[Timed], cycle_s: float
 ) -> Motion:
-    """The motion through all `runs`, timed, after what is kept; `blocks` is how many there are, the kept ones too."""
+    """The motion through all `runs`, timed, after what is kept; `moves` is how many there are, the kept ones too."""
     begins = end = kept.pieces.duration_s
-    ends = np.append(kept.ends, np.full(blocks - len(kept.ends), -1.0))
+    ends = np.append(kept.ends, np.full(moves - len(kept.ends), -1.0))
     rests, transitions = kept.rests.tolist(), list(kept.transitions)
     for run, time in zip(runs, timed, strict=True):
         begins = end
         if isinstance(run, JointPath):
             inside = np.concatenate([stretch.ends for stretch in run.stretches])[:-1]
-            numbers = [np.arange(each.first_block, each.block + 1) for each in run.stretches]
+            numbers = [np.arange(each.first_move, each.move + 1) for each in run.stretches]
             ends[np.concatenate(numbers)[:-1]] = begins + _passing(run, time, inside)
         end = begins + time.pieces.duration_s
-        ends[run.stretches[-1].block] = end
+        ends[run.stretches[-1].move] = end
         rests.append(end)
         transitions += run.transitions
-    ends = np.maximum.accumulate(np.maximum(ends, 0.0))  # a block of no length ends where the one before it does
+    ends = np.maximum.accumulate(np.maximum(ends, 0.0))  # a move of no length ends where the one before it does
     parts = [kept.pieces, *(time.pieces for time in timed)]
     pieces = Pieces.joined([part for part in parts if part.duration_s > 0.0] or [kept.pieces])
     deviation_m = max((time.deviation_m for time in timed), default=0.0)

@@ -27,14 +27,14 @@ class Motion:
     model: Model
     pieces: Pieces
     ends: NDArray[np.float64]
-    """`(blocks,)` tau at which each block ends; with a round edge, in its middle."""
+    """`(moves,)` tau at which each move ends; with a round edge, in its middle."""
     rests: NDArray[np.float64]
     """Rising values of tau at which the plan itself is at rest, the end among them. The first is always 0, where a
     motion that goes on from another one is moving."""
     transitions: tuple[Transition, ...]
-    """How each block meets the one before it, by their order.
+    """How each move meets the one before it, by their order.
 
-    A block of no length meets nothing, nor does one that was added while the joints all but rested."""
+    A move of no length meets nothing, nor does one that was added while the joints all but rested."""
     cycle_s: float
     filter_deviation_m: float = 0.0
     """How far at most the filter on the axes takes the TCP off the path."""
@@ -81,7 +81,7 @@ class Motion:
         return self.model.forward(self.q(tau))
 
     def tcp_speed(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Speed `(...)` [m/s] of the TCP at rate 1, which blocks and path limits speak of."""
+        """Speed `(...)` [m/s] of the TCP at rate 1, which moves and path limits speak of."""
         velocity = (self.model.jacobian(self.q(tau))[..., :3, :] @ self.qd(tau)[..., None])[..., 0]
         return np.asarray(np.linalg.norm(velocity, axis=-1))
 
@@ -101,13 +101,13 @@ class Motion:
             first=first,
         )
 
-    def block_at(self, tau: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Index `(...)` of the block that tau lies in; its end belongs to a block, its start to the one before."""
+    def move_at(self, tau: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Index `(...)` of the move that tau lies in; its end belongs to a move, its start to the one before."""
         return np.minimum(np.searchsorted(self.ends, tau, side="left"), len(self.ends) - 1)
 
 
-def block_lengths(motion: Motion) -> NDArray[np.float64]:
-    """`(blocks, 3)`: way of the TCP [m], its rotation [rad], and way of the joints that turn [rad].
+def move_lengths(motion: Motion) -> NDArray[np.float64]:
+    """`(moves, 3)`: way of the TCP [m], its rotation [rad], and way of the joints that turn [rad].
 
     The joints' way is the root of the sum of the squares, as the cap `FJ` counts it. Source: Frigeni, Industrial
     Robotics Control, (7-47) to (7-49); the printed (7-49) gives half the angle.
@@ -119,9 +119,9 @@ def block_lengths(motion: Motion) -> NDArray[np.float64]:
     return np.diff(at_ends, axis=0, prepend=0.0)
 
 
-def tau_before(motion: Motion, block: int, way_m: float) -> float:
-    """Where on a block the TCP has this way [m] to go to its end, as tau [s]; its beginning where it is shorter."""
-    begin, end = 0.0 if block == 0 else float(motion.ends[block - 1]), float(motion.ends[block])
+def tau_before(motion: Motion, move: int, way_m: float) -> float:
+    """Where on a move the TCP has this way [m] to go to its end, as tau [s]; its beginning where it is shorter."""
+    begin, end = 0.0 if move == 0 else float(motion.ends[move - 1]), float(motion.ends[move])
     inner = motion.pieces.knots[(motion.pieces.knots > begin) & (motion.pieces.knots < end)]
     knots = np.concatenate([[begin], inner, [end]])
     left_m = np.cumsum(_covered(motion, knots)[::-1, 0])[::-1]
@@ -139,7 +139,7 @@ def tau_before(motion: Motion, block: int, way_m: float) -> float:
 
 
 def _covered(motion: Motion, knots: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`(m - 1, 3)`: what `block_lengths` tells, between rising taus `(m,)` [s] with none of the motion's in between."""
+    """`(m - 1, 3)`: what `move_lengths` tells, between rising taus `(m,)` [s] with none of the motion's in between."""
     width = np.diff(knots)
     t = knots[:-1, None] + width[:, None] * (0.5 + _NODES)
     q, qd = motion.q(t), motion.qd(t)

@@ -1,4 +1,4 @@
-"""Planning: blocks of geometry become one motion within the limits, without a stop where none is needed."""
+"""Planning: moves of geometry become one motion within the limits, without a stop where none is needed."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -14,7 +14,7 @@ from robot_agent.paths.caps import Tolerance
 from robot_agent.paths.legs import TcpMove, legs
 from robot_agent.paths.meeting import edge_text
 from robot_agent.paths.pose_path import PosePath, pose_paths
-from robot_agent.paths.sequence import Block
+from robot_agent.paths.sequence import Move
 from robot_agent.paths.smoothing import Entry, smoothed
 from robot_agent.paths.transition import Continuity, Passing, Transition
 from robot_agent.trajectory.assembly import Kept, assembled
@@ -56,15 +56,15 @@ _Timed = tuple[list[JointPath | Independent], list[Timed]]
 def plan(
     model: Model, sequence: Sequence, limits: Limits, start: NDArray[np.float64] | Continuation, cycle_s: float = 0.004
 ) -> Motion:
-    """The motion through all blocks of `sequence` from rest at joints `start` `(n,)` to rest.
+    """The motion through all moves of `sequence` from rest at joints `start` `(n,)` to rest.
 
-    From a state of another motion it goes on: first through what is left of that motion, whose blocks come before those
+    From a state of another motion it goes on: first through what is left of that motion, whose moves come before those
     of `sequence` in the result, and its tau 0 is the tau of the state. What it replaces stays valid: it ends at rest.
     Where the joints cannot go on in motion, because each of them goes by itself or because no timing is found within
     the limits, they rest where that motion does, and `transitions` says why.
 
-    It rests between blocks only where they do not meet tangentially and have no round edge. `cycle_s` is the period of
-    the set points. Raises PlanError with block, program line, reason and, where they apply, joint, limit and pose;
+    It rests between moves only where they do not meet tangentially and have no round edge. `cycle_s` is the period of
+    the set points. Raises PlanError with move, program line, reason and, where they apply, joint, limit and pose;
     ValueError for a period that is none.
     """
     if not 0.0 < cycle_s < math.inf:
@@ -73,7 +73,7 @@ def plan(
     if isinstance(start, Continuation):
         return _onward(model, paths, limits, start, cycle_s)
     start = np.array(start, dtype=np.float64)
-    check_start(model, sequence.blocks[0], start)
+    check_start(model, sequence.moves[0], start)
 
     def timed(paths: _Paths) -> _Timed:
         runs = paths.runs(start)
@@ -88,7 +88,7 @@ def _without_slow_edges(
 ) -> _Timed:
     """Paths with stops in place of the round edges that are slower than these, as far as that is worth while.
 
-    `known` is how many blocks come before those of `paths`.
+    `known` is how many moves come before those of `paths`.
     """
     slow = [
         each
@@ -113,13 +113,13 @@ def _without_slow_edges(
     stopped = timed(paths.stopping(corner.before - known for corner in slow))
     at, resting = halfway_s(*rounded), halfway_s(*stopped)
     won_s = {
-        each.before - known: at[each.block] - at[each.before] - (resting[each.block] - resting[each.before])
+        each.before - known: at[each.move] - at[each.before] - (resting[each.move] - resting[each.before])
         for each in slow
     }
     lost_s = -sum(won for won in won_s.values() if won < 0.0)
     again = [stopped]
     if lost_s > (_ROUNDING_S if few else _WORTH_PLANNING * _lasting_s(stopped)) and max(won_s.values()) > 0.0:
-        again.append(timed(paths.stopping(block for block, won in won_s.items() if won > 0.0)))
+        again.append(timed(paths.stopping(move for move, won in won_s.items() if won > 0.0)))
     return min(rounded, *again, key=_lasting_s)
 
 
@@ -140,8 +140,8 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Continuation, 
         first = runs[0]
         if first is going.path or not isinstance(first, JointPath):
             stop = runs[1].transitions[:1] if len(runs) > 1 else ()
-            break  # the robot stops where the new blocks begin
-        met = [each for each in first.transitions if each.before < known == each.block]
+            break  # the robot stops where the new moves begin
+        met = [each for each in first.transitions if each.before < known == each.move]
         stop = tuple(Transition(known - 1, known, each.continuity, Passing.STOPS, _NO_TIMING) for each in met)
         rounded = _timed_with(model, limits, going, runs)
         if rounded is not None:
@@ -151,15 +151,15 @@ def _onward(model: Model, paths: "_Paths", limits: Limits, start: Continuation, 
                 return _timed_with(model, limits, going, runs) or otherwise
 
             runs, times = _without_slow_edges(paths, rounded, timed, known)
-            return assembled(model, Kept.of(start, going.after_s), known + paths.blocks, runs, times, cycle_s)
+            return assembled(model, Kept.of(start, going.after_s), known + paths.moves, runs, times, cycle_s)
     acceleration = np.abs(limits.acceleration_bounds).max(axis=0)
     if (start.left.peaks() > _KEPT * np.stack([limits.velocity, acceleration, limits.jerk])).any():
         raise paths.refused("the moves before it do not keep these limits", "let the motion end first")
     whole_s = start.left.duration_s
-    runs = paths.runs(start.left.position(np.array(whole_s)), blocks=known)
+    runs = paths.runs(start.left.position(np.array(whole_s)), moves=known)
     times = in_time(model, runs, limits)
     runs[:1] = [replace(run, transitions=(*stop, *run.transitions)) for run in runs[:1]]
-    return assembled(model, Kept.of(start, whole_s), known + paths.blocks, runs, times, cycle_s)
+    return assembled(model, Kept.of(start, whole_s), known + paths.moves, runs, times, cycle_s)
 
 
 def _timed_with(
@@ -182,14 +182,14 @@ def _timed_onward(model: Model, path: JointPath, limits: Limits, going: PathUnde
 
 
 class _Paths:
-    """From blocks to joint paths that begin and end at rest."""
+    """From moves to joint paths that begin and end at rest."""
 
     def __init__(self, model: Model, sequence: Sequence, limits: Limits, stops: frozenset[int] = frozenset()) -> None:
-        """With a stop in place of the round edge after each of the blocks `stops`."""
+        """With a stop in place of the round edge after each of the moves `stops`."""
         self._beyond, self._aimed = sequence.beyond, sequence.aimed
         self._model, self._sequence, self._limits, self._stops = model, sequence, limits, stops
-        self._blocks = tuple(
-            replace(block, round_m=0.0) if number in stops else block for number, block in enumerate(sequence.blocks)
+        self._moves = tuple(
+            replace(move, round_m=0.0) if number in stops else move for number, move in enumerate(sequence.moves)
         )
 
     def slower_edges(self, path: JointPath, timed: Timed) -> list[tuple[Transition, float]]:
@@ -197,25 +197,25 @@ class _Paths:
         return slower_edges(self._model, path, timed, self._limits)
 
     def stopping(self, stops: Iterable[int]) -> "_Paths":
-        """The same with a stop in place of the round edge after each of the blocks `stops`."""
+        """The same with a stop in place of the round edge after each of the moves `stops`."""
         return _Paths(self._model, self._sequence, self._limits, frozenset(stops))
 
     @property
-    def blocks(self) -> int:
-        """Number of blocks."""
-        return len(self._blocks)
+    def moves(self) -> int:
+        """Number of moves."""
+        return len(self._moves)
 
     def refused(self, reason: str, hint: str) -> PlanError:
-        """What is wrong where the first block begins."""
-        return PlanError(0, self._blocks[0].line, reason, hint)
+        """What is wrong where the first move begins."""
+        return PlanError(0, self._moves[0].line, reason, hint)
 
     def runs(
-        self, start: NDArray[np.float64], known: JointPath | None = None, blocks: int = 0
+        self, start: NDArray[np.float64], known: JointPath | None = None, moves: int = 0
     ) -> list[JointPath | Independent]:
-        """The paths from rest to rest; the first begins with the path `known`, which has so many blocks."""
+        """The paths from rest to rest; the first begins with the path `known`, which has so many moves."""
         made: list[JointPath | Independent] = [] if known is None else [known]
         for path in self._paths(start, known):
-            path = path.later(blocks)
+            path = path.later(moves)
             meeting = self._meeting(made[-1], path) if made else path
             if isinstance(meeting, Transition):
                 made.append(replace(path, transitions=(meeting, *path.transitions)))
@@ -229,62 +229,62 @@ class _Paths:
         """Both in one, or the stop between them."""
         if isinstance(before, JointPath) and isinstance(path, JointPath):
             return blended(self._model, self._limits, before, path)
-        blocks = before.stretches[-1].block, path.stretches[0].first_block
-        return Transition(*blocks, Continuity.C0, Passing.STOPS, _BY_ITSELF)
+        moves = before.stretches[-1].move, path.stretches[0].first_move
+        return Transition(*moves, Continuity.C0, Passing.STOPS, _BY_ITSELF)
 
     def _paths(self, q: NDArray[np.float64], known: JointPath | None) -> list[JointPath | Independent]:
         made: list[JointPath | Independent] = []
-        numbered = list(enumerate(self._blocks))
+        numbered = list(enumerate(self._moves))
         for on_path, group in groupby(numbered, key=lambda each: not isinstance(each[1], JointMove)):
             if on_path:
-                moves = [(k, b) for k, b in group if not isinstance(b, JointMove)]
-                for blocks in _by_tolerance(moves):
+                tcp_moves = [(index, move) for index, move in group if not isinstance(move, JointMove)]
+                for moves in _by_tolerance(tcp_moves):
                     before = made[-1] if made else known
                     start = before.end() if made and before is not None else q
-                    along = self._followed if _tolerance(blocks[0][1]) is None else self._smoothed
-                    made += along(blocks, start, before)
+                    along = self._followed if _tolerance(moves[0][1]) is None else self._smoothed
+                    made += along(moves, start, before)
             else:
-                for index, block in group:
-                    if isinstance(block, JointMove):
-                        move = self._joint_move(index, block, made[-1].end() if made else q)
-                        made += [move] if move is not None else []
+                for index, move in group:
+                    if isinstance(move, JointMove):
+                        path = self._joint_move(index, move, made[-1].end() if made else q)
+                        made += [path] if path is not None else []
             q = made[-1].end() if made else q
         return made
 
     def _followed(
-        self, blocks: list[tuple[int, TcpMove]], q: NDArray[np.float64], before: JointPath | Independent | None
+        self, moves: list[tuple[int, TcpMove]], q: NDArray[np.float64], before: JointPath | Independent | None
     ) -> list[JointPath]:
         """Moves of the TCP from joints `q` `(n,)`; a spline takes its direction from joint moves at its ends too."""
         arrival = None
         if isinstance(before, JointPath) and not before.stops_for:
             arrival = self._direction(q, before.state(before.length)[1])
         made: list[JointPath] = []
-        for path in self._tcp_paths(blocks, q, arrival, None):
+        for path in self._tcp_paths(moves, q, arrival, None):
             made.append(self._follow(path, made[-1].end() if made else q))
-        departure = self._departure(blocks[-1][0], made[-1].end()) if made else None
+        departure = self._departure(moves[-1][0], made[-1].end()) if made else None
         if departure is not None:
-            last = self._tcp_paths(blocks, q, arrival, departure)[-1]
+            last = self._tcp_paths(moves, q, arrival, departure)[-1]
             made[-1] = self._follow(last, made[-2].end() if len(made) > 1 else q)
         return made
 
     def _smoothed(
-        self, blocks: list[tuple[int, TcpMove]], q: NDArray[np.float64], before: JointPath | Independent | None
+        self, moves: list[tuple[int, TcpMove]], q: NDArray[np.float64], before: JointPath | Independent | None
     ) -> list[JointPath]:
         """Lines and arcs of one tolerance from joints `q` `(n,)`, on smooth curves from corner to corner."""
-        for index, block in blocks:
-            check_poses_of(index, block)
-        first, last = blocks[0][0], blocks[-1][0]
+        for index, move in moves:
+            check_poses_of(index, move)
+        first, last = moves[0][0], moves[-1][0]
         start = self._model.forward(q)
         aimed = start if self._aimed is None or first > 0 else self._aimed
-        ahead = [*self._blocks[last + 1 :], *self._beyond] if blocks[-1][1].round_m is None else []
-        beyond = list(takewhile(lambda each: _tolerance(each) == blocks[-1][1].tolerance, ahead))
+        ahead = [*self._moves[last + 1 :], *self._beyond] if moves[-1][1].round_m is None else []
+        beyond = list(takewhile(lambda each: _tolerance(each) == moves[-1][1].tolerance, ahead))
         entry = self._entry(before) if isinstance(before, JointPath) and not before.stops_for else None
-        moves = [(k, b) for k, b in blocks if isinstance(b, Line | Arc)]
-        lines = [each for each in beyond if isinstance(each, Line | Arc)]
+        lines = [(index, move) for index, move in moves if isinstance(move, Line | Arc)]
+        onward = [each for each in beyond if isinstance(each, Line | Arc)]
         try:
-            paths = smoothed(moves, aimed, start, entry, lines, self._limits.shaping.blend_m)
+            paths = smoothed(lines, aimed, start, entry, onward, self._limits.shaping.blend_m)
         except PathError as error:
-            raise PlanError(error.move, self._blocks[error.move].line, error.reason, error.hint) from error
+            raise PlanError(error.move, self._moves[error.move].line, error.reason, error.hint) from error
         made: list[JointPath] = []
         for path in paths:
             made.append(self._follow(path, made[-1].end() if made else q))
@@ -304,17 +304,17 @@ class _Paths:
         return Entry(rate[:3], bend[:3], rate[3:], bend[3:])
 
     def _departure(self, index: int, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """The direction in which a joint move goes on after block `index`, a spline that ends at joints `q` `(n,)`."""
+        """The direction in which a joint move goes on after move `index`, a spline that ends at joints `q` `(n,)`."""
         following = self._after_spline(index)
-        if self._blocks[index].round_m == 0.0 or not isinstance(following, JointMove) or not following.synchronised:
+        if self._moves[index].round_m == 0.0 or not isinstance(following, JointMove) or not following.synchronised:
             return None
         check_target(self._model, index + 1, following)
         return self._direction(q, following.target - q)
 
-    def _after_spline(self, index: int) -> Block | None:
-        """The block after block `index`, beyond the sequence too, where that is a spline."""
-        following = [*self._blocks, *self._beyond][index + 1 : index + 2]
-        return following[0] if following and isinstance(self._blocks[index], Spline) else None
+    def _after_spline(self, index: int) -> Move | None:
+        """The move after move `index`, beyond the sequence too, where that is a spline."""
+        following = [*self._moves, *self._beyond][index + 1 : index + 2]
+        return following[0] if following and isinstance(self._moves[index], Spline) else None
 
     def _direction(self, q: NDArray[np.float64], way: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The TCP's twist `(6,)` per metre when the joints leave `q` `(n,)` along `way`; None if it hardly moves."""
@@ -324,21 +324,21 @@ class _Paths:
 
     def _tcp_paths(
         self,
-        blocks: list[tuple[int, TcpMove]],
+        moves: list[tuple[int, TcpMove]],
         q: NDArray[np.float64],
         arrival: NDArray[np.float64] | None,
         departure: NDArray[np.float64] | None,
     ) -> list[PosePath]:
-        for index, block in blocks:
-            check_poses_of(index, block)
-        last = blocks[-1][0]
-        beyond = self._after_spline(last) if last + 1 == self.blocks else None
+        for index, move in moves:
+            check_poses_of(index, move)
+        last = moves[-1][0]
+        beyond = self._after_spline(last) if last + 1 == self.moves else None
         following = None if isinstance(beyond, JointMove) else beyond
         try:
-            made = legs(blocks, self._model.forward(q), arrival, departure, following)
+            made = legs(moves, self._model.forward(q), arrival, departure, following)
             return pose_paths(made, self._limits.shaping.blend_m)
         except PathError as error:
-            raise PlanError(error.move, self._blocks[error.move].line, error.reason, error.hint) from error
+            raise PlanError(error.move, self._moves[error.move].line, error.reason, error.hint) from error
 
     def _follow(self, path: PosePath, start: NDArray[np.float64]) -> JointPath:
         def refuse(
@@ -349,51 +349,51 @@ class _Paths:
             limit: str | None,
             pose: NDArray[np.float64] | None,
         ) -> PlanError:
-            block = path.blocks[min(int(np.searchsorted(path.block_ends_m, at_m)), len(path.blocks) - 1)]
-            return PlanError(block, self._blocks[block].line, reason, hint, joint, limit, pose)
+            move = path.moves[min(int(np.searchsorted(path.move_ends_m, at_m)), len(path.moves) - 1)]
+            return PlanError(move, self._moves[move].line, reason, hint, joint, limit, pose)
 
-        flips = any(isinstance(b := self._blocks[k], Line) and b.wrist_may_flip for k in path.blocks)
+        flips = any(isinstance(b := self._moves[k], Line) and b.wrist_may_flip for k in path.moves)
         made = follow(self._model, path, start, self._limits.velocity, flips, refuse)
-        ends = made.passing(path.block_ends_m)
-        stretches = self._stretches(path.blocks, ends)
+        ends = made.passing(path.move_ends_m)
+        stretches = self._stretches(path.moves, ends)
         corners = float(ends[0]), float(ends[-2]) if len(ends) > 1 else 0.0
-        last = self._blocks[path.blocks[-1]]
-        stops = last.round_m, self._stops_for(path.blocks[-1])
+        last = self._moves[path.moves[-1]]
+        stops = last.round_m, self._stops_for(path.moves[-1])
         return JointPath(made.pieces, stretches, made.curvature, path.transitions, corners, *stops)
 
-    def _stretches(self, blocks: tuple[int, ...], ends: NDArray[np.float64]) -> tuple[Stretch, ...]:
-        """One for each block, which end at parameters `ends` `(k,)`; one for all that share caps within a tolerance."""
+    def _stretches(self, moves: tuple[int, ...], ends: NDArray[np.float64]) -> tuple[Stretch, ...]:
+        """One for each move, which end at parameters `ends` `(k,)`; one for all that share caps within a tolerance."""
         made: list[Stretch] = []
-        for numbers in _alike(self._blocks, blocks, ends):
+        for numbers in _alike(self._moves, moves, ends):
             last = numbers[-1]
-            stretch = _stretch(float(ends[last]), blocks[last], self._blocks[blocks[last]], 1.0, on_path=True)
+            stretch = _stretch(float(ends[last]), moves[last], self._moves[moves[last]], 1.0, on_path=True)
             made.append(replace(stretch, inner=ends[numbers[:-1]]))
         return tuple(made)
 
-    def _joint_move(self, index: int, block: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
+    def _joint_move(self, index: int, move: JointMove, start: NDArray[np.float64]) -> JointPath | Independent | None:
         """A straight line in joint space, or every joint by itself; None where it goes nowhere."""
-        check_target(self._model, index, block)
-        travel = block.target - start
+        check_target(self._model, index, move)
+        travel = move.target - start
         moving = np.abs(travel) > 1e-12
-        check_range(self._model, index, block, moving)
+        check_range(self._model, index, move, moving)
         if not moving.any():
             return None
         length = float(np.linalg.norm(travel / self._limits.velocity))
-        stretch = _stretch(length, index, block, block.speed, on_path=False)
-        if not block.synchronised:
-            return Independent(start, np.asarray(block.target, dtype=np.float64), stretch)
+        stretch = _stretch(length, index, move, move.speed, on_path=False)
+        if not move.synchronised:
+            return Independent(start, np.asarray(move.target, dtype=np.float64), stretch)
         pieces = self._straight(start, travel, length, capped=stretch.capped)
-        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), block.round_m, self._stops_for(index))
+        return JointPath(pieces, (stretch,), np.zeros((0, 2)), (), (length, 0.0), move.round_m, self._stops_for(index))
 
     def _stops_for(self, index: int) -> str:
-        """Why the robot stops after a block in any case; empty where the block leaves that to what follows."""
-        block = self._blocks[index]
-        if not isinstance(block, JointMove) and block.tangential_rad is not None:
+        """Why the robot stops after a move in any case; empty where the move leaves that to what follows."""
+        move = self._moves[index]
+        if not isinstance(move, JointMove) and move.tangential_rad is not None:
             return "the tool follows the path up to there and may have to turn"
         if index in self._stops:
-            asked_m = self._sequence.blocks[index].round_m or 0.0
+            asked_m = self._sequence.moves[index].round_m or 0.0
             return f"a stop is quicker than a {edge_text(asked_m, asked_m)}"
-        return "a round edge of 0 asks for a stop" if block.round_m == 0.0 else ""
+        return "a round edge of 0 asks for a stop" if move.round_m == 0.0 else ""
 
     def _straight(self, start: NDArray[np.float64], travel: NDArray[np.float64], length: float, capped: bool) -> Pieces:
         """The joints evenly along their way; with the TCP's way and turn where these have a cap."""
@@ -414,11 +414,11 @@ class _Paths:
         )
 
 
-def _tolerance(block: Block) -> Tolerance | None:
+def _tolerance(move: Move) -> Tolerance | None:
     """Of a line or an arc whose tool does not follow the path and whose wrist does not flip."""
-    if not isinstance(block, Line | Arc) or block.tangential_rad is not None:
+    if not isinstance(move, Line | Arc) or move.tangential_rad is not None:
         return None
-    return None if isinstance(block, Line) and block.wrist_may_flip else block.tolerance
+    return None if isinstance(move, Line) and move.wrist_may_flip else move.tolerance
 
 
 def _by_tolerance(moves: list[tuple[int, TcpMove]]) -> list[list[tuple[int, TcpMove]]]:
@@ -433,19 +433,19 @@ def _by_tolerance(moves: list[tuple[int, TcpMove]]) -> list[list[tuple[int, TcpM
     return made
 
 
-def _alike(blocks: tuple[Block, ...], numbers: tuple[int, ...], ends: NDArray[np.float64]) -> list[list[int]]:
-    """Places in `numbers` of blocks that share one stretch: neighbours within a tolerance that have the same caps.
+def _alike(moves: tuple[Move, ...], numbers: tuple[int, ...], ends: NDArray[np.float64]) -> list[list[int]]:
+    """Places in `numbers` of moves that share one stretch: neighbours within a tolerance that have the same caps.
 
-    A block of no length goes with the next one.
+    A move of no length goes with the next one.
     """
     made: list[list[int]] = []
     caps: object = None
     at = 0.0
     for place, (number, end) in enumerate(zip(numbers, ends.tolist(), strict=True)):
-        block = blocks[number]
-        own = (block.speed_m_s, block.rotation_rad_s, block.joint_speed_rad_s)
+        move = moves[number]
+        own = (move.speed_m_s, move.rotation_rad_s, move.joint_speed_rad_s)
         follows = bool(made) and number == numbers[place - 1] + 1
-        if follows and _tolerance(block) is not None and (own == caps or at == 0.0):
+        if follows and _tolerance(move) is not None and (own == caps or at == 0.0):
             made[-1].append(place)
         else:
             made.append([place])
@@ -453,8 +453,8 @@ def _alike(blocks: tuple[Block, ...], numbers: tuple[int, ...], ends: NDArray[np
     return made
 
 
-def _stretch(end: float, index: int, block: Block, joint_speed: float, on_path: bool) -> Stretch:
-    speed = np.inf if block.speed_m_s is None else block.speed_m_s
-    rotation = np.inf if block.rotation_rad_s is None else block.rotation_rad_s
-    joints = np.inf if block.joint_speed_rad_s is None else block.joint_speed_rad_s
+def _stretch(end: float, index: int, move: Move, joint_speed: float, on_path: bool) -> Stretch:
+    speed = np.inf if move.speed_m_s is None else move.speed_m_s
+    rotation = np.inf if move.rotation_rad_s is None else move.rotation_rad_s
+    joints = np.inf if move.joint_speed_rad_s is None else move.joint_speed_rad_s
     return Stretch(end, index, joint_speed, speed, rotation, on_path, joints)

@@ -13,14 +13,14 @@ def spliced(motion: Motion, tau: float, onward: Motion, first: float = 0.0) -> M
     """`motion` from tau `first` up to `tau` [s], and from there on `onward`, planned from its state there.
 
     Its tau 0 is tau `first` of `motion`, where it may begin in motion; between there and `tau` it is the same motion.
-    Blocks that have ended by `first` are left out.
+    Moves that have ended by `first` are left out.
     """
     before = np.searchsorted(motion.ends, [first, tau], side="right")
     offset = tau - first
-    blocks = int(before[1] - before[0])
+    moves = int(before[1] - before[0])
     ends = np.append(motion.ends[before[0] : before[1]] - first, onward.ends + offset)
     kept = motion.rests[(motion.rests > first) & (motion.rests <= tau)] - first
-    meeting = [each for each in motion.transitions if before[0] <= each.before and each.block <= before[1]]
+    meeting = [each for each in motion.transitions if before[0] <= each.before and each.move <= before[1]]
     return replace(
         onward,
         pieces=Pieces.joined([motion.pieces.part(first, tau), onward.pieces]),
@@ -29,9 +29,9 @@ def spliced(motion: Motion, tau: float, onward: Motion, first: float = 0.0) -> M
         transitions=in_order(
             [
                 *(each.shifted(-int(before[0])) for each in meeting),
-                *(each.shifted(blocks) for each in onward.transitions),
+                *(each.shifted(moves) for each in onward.transitions),
             ]
         ),
         filter_deviation_m=max(motion.filter_deviation_m, onward.filter_deviation_m),
-        last=None if onward.last is None else onward.last.later(offset, blocks),
+        last=None if onward.last is None else onward.last.later(offset, moves),
     )

@@ -1,4 +1,4 @@
-"""Where the flange has to be: the geometry that the blocks of a sequence command, from the blocks alone."""
+"""Where the flange has to be: the geometry that the moves of a sequence command, from the moves alone."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -54,35 +54,35 @@ def stopping_as(motion: Motion, sequence: Sequence) -> Sequence:
     """The same moves without the round edges in place of which the motion stops, because that is quicker."""
     stops = {each.before for each in motion.transitions if each.passing is Passing.STOPS}
     return Sequence(
-        replace(block, round_m=0.0) if number in stops and block.round_m else block
-        for number, block in enumerate(sequence.blocks)
+        replace(move, round_m=0.0) if number in stops and move.round_m else move
+        for number, move in enumerate(sequence.moves)
     )
 
 
 def curves(model: Model, sequence: Sequence, start: np.ndarray) -> list[list[Curve]]:
-    """What each block commands; moves of the flange with their round edges and blends."""
-    made: list[list[Curve]] = [[] for _ in sequence.blocks]
+    """What each move commands; moves of the flange with their round edges and blends."""
+    made: list[list[Curve]] = [[] for _ in sequence.moves]
     q, arrival = start, None
-    for joint_move, group in groupby(enumerate(sequence.blocks), key=lambda each: isinstance(each[1], JointMove)):
+    for joint_move, group in groupby(enumerate(sequence.moves), key=lambda each: isinstance(each[1], JointMove)):
         if not joint_move:
             moves, pose = list(group), model.forward(q)
             for path in pose_paths(legs(moves, pose, arrival), DEFAULT_SHAPING.blend_m):
                 q = model.track(path.poses(np.linspace(0.0, path.length_m, int(100 * path.length_m) + 200)), q)[-1]
-            last, following = moves[-1][0], sequence.blocks[moves[-1][0] + 1 : moves[-1][0] + 2]
-            goes_on = following and isinstance(sequence.blocks[last], Spline) and sequence.blocks[last].round_m != 0.0
+            last, following = moves[-1][0], sequence.moves[moves[-1][0] + 1 : moves[-1][0] + 2]
+            goes_on = following and isinstance(sequence.moves[last], Spline) and sequence.moves[last].round_m != 0.0
             departure = direction(model, q, following[0].target - q) if goes_on else None
             for path in pose_paths(legs(moves, pose, arrival, departure), DEFAULT_SHAPING.blend_m):
                 begins = 0.0
-                for block, end in zip(path.blocks, path.block_ends_m, strict=True):
-                    made[block].append(Curve(path, partial(places_on, path), begins, end, end - begins))
+                for move, end in zip(path.moves, path.move_ends_m, strict=True):
+                    made[move].append(Curve(path, partial(places_on, path), begins, end, end - begins))
                     begins = end
             continue
-        for number, block in group:
-            at = partial(places_between, model, q, block.target)
+        for number, move in group:
+            at = partial(places_between, model, q, move.target)
             length_m = float(np.linalg.norm(np.diff(at(_FINER), axis=0), axis=1).sum())
-            made[number].append(Curve(block, at, 0.0, 1.0, length_m))
-            arrival = None if block.round_m == 0.0 else direction(model, block.target, block.target - q)
-            q = block.target
+            made[number].append(Curve(move, at, 0.0, 1.0, length_m))
+            arrival = None if move.round_m == 0.0 else direction(model, move.target, move.target - q)
+            q = move.target
     return made
 
 
@@ -102,26 +102,26 @@ def places_between(model: Model, q: np.ndarray, target: np.ndarray, share: np.nd
 
 
 def corners(sequence: Sequence, commanded: list[list[Curve]]) -> dict[int, tuple[np.ndarray, float]]:
-    """Where joints may round the corner after a block: place and radius [m]; the flange's own edges are curves."""
+    """Where joints may round the corner after a move: place and radius [m]; the flange's own edges are curves."""
     found = {}
     for number, (before, after) in enumerate(pairwise(commanded)):
-        end, block = before[-1], sequence.blocks[number]
-        if block.round_m and end.path is not after[0].path:
-            found[number] = end.at(np.array([end.last]))[0], block.round_m
+        end, move = before[-1], sequence.moves[number]
+        if move.round_m and end.path is not after[0].path:
+            found[number] = end.at(np.array([end.last]))[0], move.round_m
     return found
 
 
 def outside_of_corners(sequence: Sequence, commanded: list[list[Curve]], motion: Motion, each: int) -> list[np.ndarray]:
-    """For each block up to `each` taus, evenly spread, at which the flange is not in a corner that the joints round.
+    """For each move up to `each` taus, evenly spread, at which the flange is not in a corner that the joints round.
 
     Inside of such a corner there is no curve to compare with.
     """
     rounded, begins, taus = corners(sequence, commanded), 0.0, []
-    for block, ends in enumerate(motion.ends):
+    for move, ends in enumerate(motion.ends):
         tau = begins + (ends - begins) * (np.arange(each) + 0.5) / each
         places = motion.pose(tau)[:, :3, 3]
         outside = np.ones(each, dtype=bool)
-        for number in {block - 1, block} & rounded.keys():
+        for number in {move - 1, move} & rounded.keys():
             corner, radius_m = rounded[number]
             outside &= np.linalg.norm(places - corner, axis=1) > _BULGE * radius_m
         taus.append(tau[outside])
@@ -130,25 +130,25 @@ def outside_of_corners(sequence: Sequence, commanded: list[list[Curve]], motion:
 
 
 def deviations_m(commanded: list[list[Curve]], motion: Motion, taus: list[np.ndarray]) -> np.ndarray:
-    """Largest distance `(blocks,)` [m] of the flange at `taus` of each block from what it or one beside it commands."""
+    """Largest distance `(moves,)` [m] of the flange at `taus` of each move from what it or one beside it commands."""
     worst = np.zeros(len(taus))
-    for block, tau in enumerate(taus):
+    for move, tau in enumerate(taus):
         places, away = motion.pose(tau)[:, :3, 3], np.full(len(tau), np.inf)
-        for number in (block, block - 1, block + 1):
+        for number in (move, move - 1, move + 1):
             far = away > 1e-6
             if far.any() and 0 <= number < len(commanded):
                 own = [curve.distances(places[far]) for curve in commanded[number]]
                 away[far] = np.minimum(away[far], np.min(own, axis=0))
-        worst[block] = away.max(initial=0.0)
+        worst[move] = away.max(initial=0.0)
     return worst
 
 
 def blended_m(commanded: list[list[Curve]], motion: Motion) -> np.ndarray:
-    """How far `(blocks,)` [m] a motion says that its joints leave each block to pass into another path smoothly."""
+    """How far `(moves,)` [m] a motion says that its joints leave each move to pass into another path smoothly."""
     told = np.zeros(len(commanded))
     for each in motion.transitions:
-        apart = commanded[each.before][-1].path is not commanded[each.block][0].path
+        apart = commanded[each.before][-1].path is not commanded[each.move][0].path
         if each.passing is Passing.BLENDED and apart:
-            both = [each.before, each.block]
+            both = [each.before, each.move]
             told[both] = np.maximum(told[both], each.deviation_m)
     return told

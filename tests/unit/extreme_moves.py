@@ -4,7 +4,7 @@ import numpy as np
 
 from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model
-from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, Move, Sequence, Spline
 
 ROOM_M = {"six_axis": 0.1, "cobot": 0.04, "scara": 0.02, "palletizer": 0.1, "delta": 0.03, "gantry": 0.1}
 _EDGES_M = [None, None, 0.0, 1e-7, 1e-5, 1e-4, 1e-3, 0.01, 0.05, 0.5]
@@ -53,7 +53,7 @@ class _Drawing:
         made: dict[str, float | None] = {name: value for name, value in sometimes.items() if self.rng.uniform() < 0.5}
         return {"speed_m_s": None, "round_m": _EDGES_M[self.rng.integers(len(_EDGES_M))], **made}
 
-    def block(self, line: int) -> Block:
+    def move(self, line: int) -> Move:
         caps, kind = self.caps(), self.rng.uniform()
         if kind < 0.75:
             return Line(self.pose_next(), line=line, **caps)  # type: ignore[arg-type]
@@ -72,4 +72,4 @@ class _Drawing:
 def extreme_sequence(model: Model, start: np.ndarray, seed: int, longest: int = 6) -> Sequence:
     """Moves at the extremes around joints `start` `(n,)`."""
     drawing = _Drawing(model, start, seed)
-    return Sequence([drawing.block(line) for line in range(1, int(drawing.rng.integers(2, longest + 1)) + 1)])
+    return Sequence([drawing.move(line) for line in range(1, int(drawing.rng.integers(2, longest + 1)) + 1)])

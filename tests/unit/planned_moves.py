@@ -3,7 +3,7 @@
 import numpy as np
 
 from cell.geometry import from_xyz_abc
-from robot_agent.paths import Block, Sequence
+from robot_agent.paths import Move, Sequence
 from robot_agent.trajectory import Motion, plan
 from tests.unit.random_moves import LIMITS, MODEL, START
 
@@ -18,8 +18,8 @@ def at(x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0, turn_deg: float 
     return pose
 
 
-def planned(*blocks: Block) -> Motion:
-    return plan(MODEL, Sequence(blocks), LIMITS, start=START)
+def planned(*moves: Move) -> Motion:
+    return plan(MODEL, Sequence(moves), LIMITS, start=START)
 
 
 def beside(joints: np.ndarray, x_mm: float, y_mm: float, z_mm: float, turn_deg: float = 0.0) -> np.ndarray:

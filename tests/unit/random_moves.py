@@ -6,7 +6,7 @@ import numpy as np
 
 from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model, load_model
-from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, Move, Sequence, Spline
 from robot_agent.trajectory import Limits
 from tests.unit.repository import ROOT
 
@@ -27,22 +27,22 @@ def pose(rng: np.random.Generator) -> np.ndarray:
 def sequence(seed: int, longest: int = 20, joint_moves: bool = True) -> Sequence:
     """Two to `longest` moves with random speeds and round edges."""
     rng = np.random.default_rng(seed)
-    blocks: list[Block] = []
+    moves: list[Move] = []
     for line in range(1, int(rng.integers(2, longest + 1)) + 1):
         edge = [None, 0.0, 0.02, 0.05, 0.1][rng.integers(5)]
         speed = [None, 0.2, 0.8][rng.integers(3)]
         match int(rng.integers(0 if joint_moves else 1, 4)):
             case 0:
                 target = START + rng.uniform(-0.4, 0.4, 6)
-                blocks.append(JointMove(target, float(rng.uniform(0.3, 1)), line, round_m=edge))
+                moves.append(JointMove(target, float(rng.uniform(0.3, 1)), line, round_m=edge))
             case 1:
-                blocks.append(Line(pose(rng), speed, line, round_m=edge))
+                moves.append(Line(pose(rng), speed, line, round_m=edge))
             case 2:
-                blocks.append(Arc(pose(rng), pose(rng), line, speed_m_s=speed, round_m=edge))
+                moves.append(Arc(pose(rng), pose(rng), line, speed_m_s=speed, round_m=edge))
             case _:
                 poses = np.array([pose(rng) for _ in range(rng.integers(1, 4))])
-                blocks.append(Spline(poses, line, speed_m_s=speed, round_m=edge))
-    return Sequence(blocks)
+                moves.append(Spline(poses, line, speed_m_s=speed, round_m=edge))
+    return Sequence(moves)
 
 
 def decorated(seed: int, longest: int = 8) -> Sequence:
@@ -51,22 +51,22 @@ def decorated(seed: int, longest: int = 8) -> Sequence:
     Arcs go up to a turn and a half, both ways.
     """
     rng = np.random.default_rng([seed, 1])
-    return Sequence([_decorated(block, rng) for block in sequence(seed, longest).blocks])
+    return Sequence([_decorated(move, rng) for move in sequence(seed, longest).moves])
 
 
-def _decorated(block: Block, rng: np.random.Generator) -> Block:
-    block = replace(
-        block,
+def _decorated(move: Move, rng: np.random.Generator) -> Move:
+    move = replace(
+        move,
         speed_m_s=_sometimes(rng, 0.1, 1.0),
         rotation_rad_s=_sometimes(rng, 0.2, 2.0),
         joint_speed_rad_s=_sometimes(rng, 0.2, 2.0),
     )
     chance, angle = rng.uniform(), rng.uniform(-np.pi, np.pi)
-    if isinstance(block, JointMove):
-        return replace(block, synchronised=False, round_m=None) if chance < 0.3 else block
+    if isinstance(move, JointMove):
+        return replace(move, synchronised=False, round_m=None) if chance < 0.3 else move
     if chance < 0.2:
-        block = replace(block, tangential_rad=angle)
-    return replace(block, angle_rad=3.0 * angle) if isinstance(block, Arc) and chance < 0.5 else block
+        move = replace(move, tangential_rad=angle)
+    return replace(move, angle_rad=3.0 * angle) if isinstance(move, Arc) and chance < 0.5 else move
 
 
 def _sometimes(rng: np.random.Generator, low: float, high: float) -> float | None:
@@ -96,21 +96,21 @@ def round_sequence(model: Model, seed: int, longest: int = 8) -> Sequence:
         poses.append(made)
         return made
 
-    blocks: list[Block] = []
+    moves: list[Move] = []
     for line in range(1, int(rng.integers(2, longest + 1)) + 1):
         edge, along = [None, None, 0.0, 0.05][rng.integers(4)], [None, None, None, 0.0][rng.integers(4)]
         match int(rng.integers(5)):
             case 0:
                 turns = np.radians(rng.choice([0.0, 0.0, 0.0, 30.0, -30.0, 90.0], model.n))
                 target = model.home + np.where(model.linear, rng.choice([0.0, 0.1, -0.1], model.n), turns)
-                blocks.append(JointMove(target, 1.0, line, round_m=edge))
+                moves.append(JointMove(target, 1.0, line, round_m=edge))
                 poses.append(model.forward(target))
             case 1 | 2:
-                blocks.append(Line(drawn(), None, line, round_m=edge, tangential_rad=along))
+                moves.append(Line(drawn(), None, line, round_m=edge, tangential_rad=along))
             case 3:
                 angle = [None, None, np.pi, -np.pi, 2.0 * np.pi][rng.integers(5)]
-                blocks.append(Arc(drawn(), drawn(), line, angle, round_m=edge, tangential_rad=along))
+                moves.append(Arc(drawn(), drawn(), line, angle, round_m=edge, tangential_rad=along))
             case _:
                 points = np.array([drawn() for _ in range(rng.integers(1, 4))])
-                blocks.append(Spline(points, line, round_m=edge, tangential_rad=along))
-    return Sequence(blocks)
+                moves.append(Spline(points, line, round_m=edge, tangential_rad=along))
+    return Sequence(moves)

@@ -15,10 +15,10 @@ def tcp_shares(
 ) -> np.ndarray:
     """Shares `(k, 5)` along way and turn, across the way, and of the jerk of both, as docs/motion.md means them.
 
-    Where blocks `on_path` `(blocks,)` are moves of the flange, `apart_s` before and after too.
+    Where moves `on_path` `(moves,)` are moves of the flange, `apart_s` before and after too.
     """
     middle = np.arange(STEP_S, motion.duration_s - STEP_S, every_s)
-    held = np.array(on_path)[motion.block_at(middle[:, None] + max(STEP_S, apart_s) * np.linspace(-1.0, 1.0, 7))]
+    held = np.array(on_path)[motion.move_at(middle[:, None] + max(STEP_S, apart_s) * np.linspace(-1.0, 1.0, 7))]
     at = middle[held.all(axis=1), None] + STEP_S * np.array([-1.0, 0.0, 1.0])
     twist = (motion.model.jacobian(motion.q(at)) @ motion.qd(at)[..., None])[..., 0]
     before, here, after = np.moveaxis(twist.reshape(*at.shape, 2, 3), 1, 0)

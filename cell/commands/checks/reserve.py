@@ -18,7 +18,7 @@ NEAR_LIMIT_M = 0.001
 
 @dataclass(frozen=True, slots=True)
 class _Left:
-    """What is left on one block at the least."""
+    """What is left on one move at the least."""
 
     line: int
     from_singular: float
@@ -50,16 +50,16 @@ def check_reserve(
 
 
 def _left(model: Model, planned: Planned) -> Iterator[_Left]:
-    """What is left on each block of a motion."""
+    """What is left on each move of a motion."""
     joints = planned.motion.q(planned.taus)
-    singularity, blocks = model.singularity(joints), planned.motion.block_at(planned.taus)
+    singularity, moves = model.singularity(joints), planned.motion.move_at(planned.taus)
     limits = model.from_limits(joints) / np.where(model.linear, NEAR_LIMIT_M, np.radians(NEAR_LIMIT_DEG))
-    for block in np.unique(blocks).tolist():
-        mine = np.flatnonzero(blocks == block)
+    for move in np.unique(moves).tolist():
+        mine = np.flatnonzero(moves == move)
         nearest = mine[singularity.nearest[mine].argmin()]
         joint = int(limits[mine].min(axis=0).argmin())
         yield _Left(
-            planned.lines[block],
+            planned.lines[move],
             float(singularity.nearest[nearest]),
             str(singularity.name[nearest]),
             float(limits[mine, joint].min()),

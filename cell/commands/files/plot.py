@@ -20,7 +20,7 @@ from robot_agent.agent.planning.plans import Planned
 from robot_agent.kinematics import Model, load_model
 from robot_agent.language import Names, Points, ProgramError, parse_program
 from robot_agent.paths import Passing
-from robot_agent.trajectory import block_lengths
+from robot_agent.trajectory import move_lengths
 from robot_agent.workspace import PlacedRobot
 
 if TYPE_CHECKING:
@@ -118,13 +118,13 @@ def _summary(motions: list[Planned], duration_s: float, speed: Array, share: Arr
         for each in planned.motion.transitions
         if each.passing is Passing.BLENDED
     ]
-    covered = sum(block_lengths(planned.motion).sum(axis=0) for planned in motions) * [1000.0, *np.degrees([1.0, 1.0])]
+    covered = sum(move_lengths(planned.motion).sum(axis=0) for planned in motions) * [1000.0, *np.degrees([1.0, 1.0])]
     filtered = [planned.motion.filter_deviation_m for planned in motions]
     return [
         f"{duration_s:.3f} s in {len(motions)} motions, pauses left out; vertical lines are where a motion ends",
         f"largest TCP speed {speed.max():.1f} mm/s, largest joint speed {np.abs(share).max():.1f} % of its limit",
         "way of the TCP {:.1f} mm, its rotation {:.1f} deg, way of the joints {:.1f} deg".format(*covered),
-        f"largest deviation where blocks are blended {1e6 * max(blends, default=0.0):.0f} um",
+        f"largest deviation where moves are blended {1e6 * max(blends, default=0.0):.0f} um",
         f"largest deviation by the filter on the axes {1e6 * max(filtered):.0f} um",
     ]
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.paths import Passing, Transition
-from robot_agent.trajectory import block_lengths
+from robot_agent.trajectory import move_lengths
 
 _VISIBLE_RAD = 1e-4
 
@@ -16,7 +16,7 @@ def moves(motions: list[Planned]) -> list[str]:
     """Way, rotation, way of the joints and time of each move; equal ones in one line."""
     texts = []
     for planned in motions:
-        covered = block_lengths(planned.motion) * [1000.0, *np.degrees([1.0, 1.0])]
+        covered = move_lengths(planned.motion) * [1000.0, *np.degrees([1.0, 1.0])]
         times = np.diff(planned.motion.ends, prepend=0.0)
         for line, (way, turn, joints), time_s in zip(planned.lines, covered, times, strict=True):
             texts.append(f"line {line}: {way:.1f} mm, {turn:.1f} deg, joints {joints:.1f} deg, {time_s:.3f} s")
@@ -46,8 +46,8 @@ def stops(motions: list[Planned]) -> int:
 
 
 def _meeting(planned: Planned, transition: Transition) -> str:
-    before, after = planned.lines[transition.before], planned.lines[transition.block]
-    where = f"within line {after}" if transition.before == transition.block else f"line {before} to {after}"
+    before, after = planned.lines[transition.before], planned.lines[transition.move]
+    where = f"within line {after}" if transition.before == transition.move else f"line {before} to {after}"
     parts = [f"{where}: {transition.continuity.value}, {transition.passing.value}"]
     if transition.passing is Passing.ROUNDED:
         parts.append(f"{1000.0 * transition.deviation_m:.2f} mm beside it")

@@ -17,7 +17,7 @@ from robot_agent.agent.planning.targets import NoPlace, Targets
 from robot_agent.kinematics import KinematicsError
 from robot_agent.language import JointStep, LineStep, Mark, MotionStep, SplineStep, Switch, TcpStep
 from robot_agent.model.description import Mounted
-from robot_agent.paths import Arc, Block, JointMove, Line, PathError, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, Move, PathError, Sequence, Spline
 from robot_agent.paths.arc import evenly_turned
 from robot_agent.paths.legs import end_of, half_turns
 from robot_agent.trajectory import Motion, PlanError, plan, spliced, tau_before
@@ -106,31 +106,29 @@ class Planner:
                 return planned
             motion, taus = planned.motion, planned.taus
             haste = self.spaces.haste(self.pose_world_base, motion.q(taus), motion.qd(taus), planned.spaces_off)
-            number = motion.block_at(taus) - (len(motion.ends) - len(sequence))
+            number = motion.move_at(taus) - (len(motion.ends) - len(sequence))
             hasty = (haste > 1.0) & (number >= 0)
             if not hasty.any():
                 return planned
             line, worst = planned.line_at(float(taus[haste.argmax()])), float(haste.max())
             step = max(int(number[haste.argmax()]), 0)
-            blocks = list(sequence.blocks)
+            moves = list(sequence.moves)
             for k in np.unique(number[hasty]):
                 there = hasty & (number == k)
-                blocks[k] = self._slower(blocks[k], motion.q(taus[there]), motion.qd(taus[there]), haste[there])
-            sequence = Sequence(blocks, sequence.beyond, sequence.aimed)
+                moves[k] = self._slower(moves[k], motion.q(taus[there]), motion.qd(taus[there]), haste[there])
+            sequence = Sequence(moves, sequence.beyond, sequence.aimed)
         text = (
             f"line {line}: the TCP is {100.0 * (worst - 1.0):.0f} % too fast in a slow space, whatever the move's speed"
         )
         return PlanFailed(request.id, line, f"{text}: name a lower F, or go around the space", step)
 
-    def _slower(
-        self, block: Block, q: NDArray[np.float64], qd: NDArray[np.float64], haste: NDArray[np.float64]
-    ) -> Block:
+    def _slower(self, move: Move, q: NDArray[np.float64], qd: NDArray[np.float64], haste: NDArray[np.float64]) -> Move:
         """A move with lower caps: on what the TCP does at samples `(k, n)` where it is too fast by `haste`."""
         twist = (self.model.jacobian(q) @ qd[..., None])[..., 0] * (_BELOW / haste[:, None])
         speed, turn = (float(np.linalg.norm(part, axis=-1).max()) for part in np.split(twist, 2, axis=-1))
-        speeds = [max(speed, _SLOWEST), *([] if block.speed_m_s is None else [block.speed_m_s])]
-        turns = [max(turn, _SLOWEST), *([] if block.rotation_rad_s is None else [block.rotation_rad_s])]
-        return replace(block, speed_m_s=min(speeds), rotation_rad_s=min(turns))
+        speeds = [max(speed, _SLOWEST), *([] if move.speed_m_s is None else [move.speed_m_s])]
+        turns = [max(turn, _SLOWEST), *([] if move.rotation_rad_s is None else [move.rotation_rad_s])]
+        return replace(move, speed_m_s=min(speeds), rotation_rad_s=min(turns))
 
     def _planned(self, request: PlanRequest | ExtendRequest, sequence: Sequence) -> Planned | PlanFailed:
         if isinstance(request, ExtendRequest):
@@ -147,10 +145,10 @@ class Planner:
         old, at_s, cut_s = request.motion, request.splice_s, request.cut_s
         onward = plan(self.model, sequence, self.limits, start=old.state(at_s), cycle_s=self.cycle_s)
         motion = spliced(old, at_s, onward, cut_s)
-        blocks = len(motion.ends)
-        lines = (request.lines + _lines(sequence))[-blocks:]
+        moves = len(motion.ends)
+        lines = (request.lines + _lines(sequence))[-moves:]
         whole = self._with_body(request.id, lines, motion, request.zones)
-        switches = (request.switches + _switches(request))[-blocks:]
+        switches = (request.switches + _switches(request))[-moves:]
         return Extended(
             whole.id, lines, motion, whole.taus, whole.sweep, whole.crossings, whole.zone_versions,
             first_tau=self.cycle_s if cut_s > 0.0 else request.first_tau, cut_s=cut_s, splice_s=at_s - cut_s,
@@ -168,7 +166,7 @@ class Planner:
     def _free(self, planned: Planned, steps: int, from_tau: float = 0.0) -> Planned | PlanFailed:
         """The motion, if from this tau [s] on it touches nothing that it must not, and keeps to its spaces.
 
-        Its last blocks are the `steps` that were asked for.
+        Its last moves are the `steps` that were asked for.
         """
         if not (self.things or self.spaces):
             return planned
@@ -197,7 +195,7 @@ class Planner:
         free = "not even where it begins"
         if len(before):
             free = f"free up to {self._joints(planned.motion.q(before[-1:])[0])}"
-        step = int(planned.motion.block_at(np.array(touch.tau))) - (len(planned.lines) - steps)
+        step = int(planned.motion.move_at(np.array(touch.tau))) - (len(planned.lines) - steps)
         text = f"line {line}: {touch}, {touch.tau:.2f} s after the motion begins; {free}"
         return PlanFailed(planned.id, line, text, max(step, 0))
 
@@ -209,18 +207,18 @@ class Planner:
     def half_turns(self, request: PlanRequest | ExtendRequest) -> set[int]:
         """Program lines of the request on which the tool makes half a turn at once, whose two ways are as long."""
         planner = self.mounting(request.mounted)
-        numbered = list(enumerate(planner._sequence(request)[0].blocks))
+        numbered = list(enumerate(planner._sequence(request)[0].moves))
         lines, q = set[int](), request.start
         for joints, group in groupby(numbered, key=lambda each: isinstance(each[1], JointMove)):
             moves = list(group)
             if joints:
-                q = next(block.target for _, block in reversed(moves) if isinstance(block, JointMove))
+                q = next(move.target for _, move in reversed(moves) if isinstance(move, JointMove))
                 continue
             try:
                 found = half_turns([(k, b) for k, b in moves if not isinstance(b, JointMove)], planner.model.forward(q))
             except PathError:
                 continue  # planning names what is wrong
-            lines |= {request.steps[block].line for block in found}
+            lines |= {request.steps[move].line for move in found}
         return lines
 
     def standstill(self, q: NDArray[np.float64], zones: tuple[ZoneGeometry, ...]) -> Planned:
@@ -237,30 +235,30 @@ class Planner:
         """The steps with every value that they leave to where the robot comes from; the pose that they lead to."""
         q = request.start
         pose = self.model.forward(q) if request.aimed is None else request.aimed
-        blocks, q, pose = self._blocks(request.steps, q, pose)
-        beyond: list[Block] = []
+        moves, q, pose = self._moves(request.steps, q, pose)
+        beyond: list[Move] = []
         with suppress(PlanError):
-            beyond = self._blocks(request.beyond, q, pose)[0]
-        return Sequence(blocks, beyond, request.aimed), pose
+            beyond = self._moves(request.beyond, q, pose)[0]
+        return Sequence(moves, beyond, request.aimed), pose
 
-    def _blocks(
+    def _moves(
         self, steps: tuple[MotionStep, ...], q: NDArray[np.float64], pose: NDArray[np.float64]
-    ) -> tuple[list[Block], NDArray[np.float64], NDArray[np.float64]]:
-        """Steps from joints `q` `(n,)` and pose `(4, 4)` of the TCP as blocks; joints and pose after them."""
-        blocks: list[Block] = []
+    ) -> tuple[list[Move], NDArray[np.float64], NDArray[np.float64]]:
+        """Steps from joints `q` `(n,)` and pose `(4, 4)` of the TCP as moves; joints and pose after them."""
+        moves: list[Move] = []
         for step in steps:
             try:
                 if isinstance(step, JointStep):
                     q = self.targets.joints(step, q)
-                    blocks.append(_joint_block(step, q))
+                    moves.append(_joint_move(step, q))
                     pose = self.model.forward(q) if len(q) == self.model.n else pose
                 else:
-                    block = _tcp_block(step, pose, self.targets)
-                    blocks.append(block)
-                    pose = end_of(block, pose)
+                    move = _tcp_move(step, pose, self.targets)
+                    moves.append(move)
+                    pose = end_of(move, pose)
             except NoPlace as error:
-                raise PlanError(len(blocks), step.line, str(error), error.remedy) from error
-        return blocks, q, pose
+                raise PlanError(len(moves), step.line, str(error), error.remedy) from error
+        return moves, q, pose
 
     def _with_body(self, id: int, lines: tuple[int, ...], motion: Motion, zones: tuple[ZoneGeometry, ...]) -> Planned:
         taus = motion.grid
@@ -278,7 +276,7 @@ class Planner:
 
 
 def _lines(sequence: Sequence) -> tuple[int, ...]:
-    return tuple(block.line for block in sequence.blocks)
+    return tuple(move.line for move in sequence.moves)
 
 
 def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Mark, ...], ...]:
@@ -288,21 +286,21 @@ def _switches(request: PlanRequest | ExtendRequest) -> tuple[tuple[Mark, ...], .
 def _places(motion: Motion, switches: tuple[tuple[Mark, ...], ...]) -> tuple[tuple[float, Mark], ...]:
     """Where on a motion its marks are; none lies in front of the one before it, nor of its own move."""
     places: list[tuple[float, Mark]] = []
-    for block, marks in enumerate(switches):
-        begin, end = 0.0 if block == 0 else float(motion.ends[block - 1]), float(motion.ends[block])
+    for move, marks in enumerate(switches):
+        begin, end = 0.0 if move == 0 else float(motion.ends[move - 1]), float(motion.ends[move])
         for mark in marks:
             before = mark.before if isinstance(mark, Switch) else None
             if before is None:
                 tau = end
             elif before.way_m > 0.0:
-                tau = tau_before(motion, block, before.way_m)
+                tau = tau_before(motion, move, before.way_m)
             else:
                 tau = max(end - before.time_s, begin)
             places.append((max([tau, *(at for at, _ in places[-1:])]), mark))
     return tuple(places)
 
 
-def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:
+def _joint_move(step: JointStep, target: NDArray[np.float64]) -> JointMove:
     pace = step.pace
     return JointMove(
         target,
@@ -316,22 +314,22 @@ def _joint_block(step: JointStep, target: NDArray[np.float64]) -> JointMove:
     )
 
 
-def _tcp_block(step: TcpStep, present: NDArray[np.float64], targets: Targets) -> Line | Arc | Spline:
+def _tcp_move(step: TcpStep, present: NDArray[np.float64], targets: Targets) -> Line | Arc | Spline:
     target = targets.pose(step.position_m, step.orientation_abc, step.aim, present)
     if step.tangential_rad is not None:
         target[:3, :3] = present[:3, :3]
-    block: Line | Arc | Spline
+    move: Line | Arc | Spline
     if isinstance(step, LineStep):
-        block = Line(target, step.pace.speed_m_s, step.line, step.wrist_may_flip)
+        move = Line(target, step.pace.speed_m_s, step.line, step.wrist_may_flip)
     elif isinstance(step, SplineStep):
-        block = Spline(target[None], step.line, step.pace.speed_m_s)
+        move = Spline(target[None], step.line, step.pace.speed_m_s)
     else:
         via = targets.pose(step.via_position_m, step.via_orientation_abc, step.via_aim, present)
         if step.via_orientation_abc is None and not step.via_aim.joints:
             via = evenly_turned(present, via, target)
-        block = Arc(via, target, step.line, step.angle_rad, step.pace.speed_m_s, step.lift_m)
+        move = Arc(via, target, step.line, step.angle_rad, step.pace.speed_m_s, step.lift_m)
     return replace(
-        block,
+        move,
         rotation_rad_s=step.pace.rotation_rad_s,
         joint_speed_rad_s=step.pace.joint_speed_rad_s,
         round_m=step.pace.round_m,

@@ -60,7 +60,7 @@ class ExtendRequest(_Steps):
     steps: tuple[MotionStep, ...]
     motion: Motion
     lines: tuple[int, ...]
-    """The program line of each block of the motion."""
+    """The program line of each move of the motion."""
     switches: tuple[tuple[Mark, ...], ...]
     """What is switched at the end of each of them."""
     splice_s: float
@@ -105,7 +105,7 @@ class Planned:
 
     id: int
     lines: tuple[int, ...]
-    """The program line of each block of the motion; 0 for none."""
+    """The program line of each move of the motion; 0 for none."""
     motion: Motion
     taus: NDArray[np.float64]
     """`(m,)` path time [s] of each sample of the sweep, from 0 to the end."""
@@ -115,7 +115,7 @@ class Planned:
     first_tau: float = 0.0
     """The tau [s] that may not be passed backwards; what lies before it is not known any more."""
     switches: tuple[tuple[Mark, ...], ...] = ()
-    """What is done at the end of each block of a motion that a program asked for, or in front of that."""
+    """What is done at the end of each move of a motion that a program asked for, or in front of that."""
     places: tuple[tuple[float, Mark], ...] = ()
     """The same with its tau [s], in the order of the program."""
     spaces_off: frozenset[str] = frozenset()
@@ -131,7 +131,7 @@ class Planned:
 
     def line_at(self, tau: float) -> int:
         """The program line that path time `tau` [s] lies in."""
-        return self.lines[int(self.motion.block_at(np.array(tau)))]
+        return self.lines[int(self.motion.move_at(np.array(tau)))]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

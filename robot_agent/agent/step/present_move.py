@@ -27,7 +27,7 @@ class PresentMove:
 
     def at(self, planner: Planner, motion: Motion, tau: float) -> MoveStatus:
         """The move at `tau` [s] of a motion that lasts longer than 0 s."""
-        number = int(motion.block_at(np.array([tau]))[0])
+        number = int(motion.move_at(np.array([tau]))[0])
         if motion is not self._motion or number != self._number:
             self._look(planner, motion, number)
         begins, ends = float(self._taus[0]), float(self._taus[-1])

@@ -67,7 +67,7 @@ def _told(path: JointPath, transition: Transition) -> JointPath:
 def _rounded(
     model: Model, first: JointPath, second: JointPath, round_m: float, meeting: JointMeeting
 ) -> JointPath | Transition:
-    """The corner cut where the TCP is `round_m` away from it, or half of the shorter block.
+    """The corner cut where the TCP is `round_m` away from it, or half of the shorter move.
 
     Between two joint moves this is the quartic round edge, in joint space; both sides are cut by the same length of the
     joints' way, the shorter one deciding.
@@ -104,7 +104,7 @@ def _curvature_spread(
 def _bridge(model: Model, first: JointPath, second: JointPath, cut: float) -> JointPath:
     """The last `cut` of the first path and the first `cut` of the second replaced by a quintic with the same ends.
 
-    Each half keeps the caps and limits of its block.
+    Each half keeps the caps and limits of its move.
     """
     start, stop, length = first.length - cut, cut, 2.0 * cut
     scale = np.array([1.0, length, length**2])[:, None]

@@ -1,4 +1,4 @@
-"""What the joints do along a path, whatever block it comes from: the geometry that is timed.
+"""What the joints do along a path, whatever move it comes from: the geometry that is timed.
 
 The parameter is the length of the joints' own way, each joint weighted by its speed limit [s]: no joint moves faster
 by it than its limit. It never stalls, not even where the TCP turns on the spot or the wrist is nearly singular, and
@@ -20,10 +20,10 @@ Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """Up to parameter `end`: block `block`, its caps, and whether the limits of the TCP's path hold."""
+    """Up to parameter `end`: move `move`, its caps, and whether the limits of the TCP's path hold."""
 
     end: float
-    block: int
+    move: int
     joint_speed: float
     """Fraction of the joints' speed limits."""
     speed_m_s: float
@@ -32,7 +32,7 @@ class Stretch:
     joint_rad_s: float = np.inf
     """Cap on the speed of the joints that turn, the root of the sum of their squares."""
     inner: Numbers = field(default_factory=lambda: np.zeros(0))
-    """`(k,)` rising parameters at which the k blocks before `block` end, which have the same caps."""
+    """`(k,)` rising parameters at which the k moves before `move` end, which have the same caps."""
 
     @property
     def capped(self) -> bool:
@@ -45,19 +45,19 @@ class Stretch:
         return self.joint_speed, self.speed_m_s, self.rotation_rad_s, self.on_path, self.joint_rad_s
 
     @property
-    def first_block(self) -> int:
-        """The first of its blocks."""
-        return self.block - len(self.inner)
+    def first_move(self) -> int:
+        """The first of its moves."""
+        return self.move - len(self.inner)
 
     @property
     def ends(self) -> Numbers:
-        """`(k + 1,)` where its blocks end, the last one `block`."""
+        """`(k + 1,)` where its moves end, the last one `move`."""
         return np.append(self.inner, self.end)
 
-    def numbered(self, blocks: int) -> "Stretch":
-        """The same with so many blocks before its own; fewer, where they are negative, and those are left out."""
-        block = max(self.block + blocks, 0)
-        return replace(self, block=block, inner=self.inner[max(len(self.inner) - block, 0) :])
+    def numbered(self, moves: int) -> "Stretch":
+        """The same with so many moves before its own; fewer, where they are negative, and those are left out."""
+        move = max(self.move + moves, 0)
+        return replace(self, move=move, inner=self.inner[max(len(self.inner) - move, 0) :])
 
     def later(self, parameter: float) -> "Stretch":
         """The same with so much of the parameter before it."""
@@ -73,11 +73,11 @@ class JointPath:
     curvature: Numbers
     """`(k, 2)` parameter and curvature [1/m] of the TCP's way, rising."""
     transitions: tuple[Transition, ...]
-    """Between its blocks, and a stop in front of them."""
+    """Between its moves, and a stop in front of them."""
     corner_lengths: tuple[float, float]
-    """Parameters of the first block's end and the last block's start: a corner takes at most half of these blocks."""
+    """Parameters of the first move's end and the last move's start: a corner takes at most half of these moves."""
     round_m: float | None
-    """Of the corner after this path, as in the block."""
+    """Of the corner after this path, as in the move."""
     stops_for: str = ""
     """Why the robot stops at its end, whatever comes after it; empty where that decides."""
 
@@ -98,12 +98,12 @@ class JointPath:
         """Value, first and second derivative `(3, n)` of the joints."""
         return self.pieces.shape(np.array(at))[:3, : self.joints]
 
-    def later(self, blocks: int) -> "JointPath":
-        """The same with so many blocks before its own; fewer, where they are negative, and those are left out."""
+    def later(self, moves: int) -> "JointPath":
+        """The same with so many moves before its own; fewer, where they are negative, and those are left out."""
         return replace(
             self,
-            stretches=tuple(each.numbered(blocks) for each in self.stretches),
-            transitions=tuple(each.shifted(blocks) for each in self.transitions),
+            stretches=tuple(each.numbered(moves) for each in self.stretches),
+            transitions=tuple(each.shifted(moves) for each in self.transitions),
         )
 
     def part(self, first: float, last: float) -> "JointPath":

@@ -21,7 +21,7 @@ class JointMeeting:
     """Two joint paths at their border."""
 
     before: int
-    block: int
+    move: int
     kink: float
     """By how much the joints' direction steps, each joint weighted by its speed limit: 2 sin of half the angle."""
     step: float
@@ -46,7 +46,7 @@ class JointMeeting:
         )
         if kink <= TANGENT_RAD:
             reason = "the curvature steps" if step > STEP_OF_CURVATURE else ""
-        return cls(edge.block, after.first_block, kink, step, turn, reason)
+        return cls(edge.move, after.first_move, kink, step, turn, reason)
 
     @property
     def tangential(self) -> bool:
@@ -65,17 +65,17 @@ class JointMeeting:
     def stop(self, why: str) -> Transition:
         """The robot stops, and why beyond what steps."""
         reason = f"{self.reason}; {why}" if self.reason else why
-        return Transition(self.before, self.block, self._continuity, Passing.STOPS, reason)
+        return Transition(self.before, self.move, self._continuity, Passing.STOPS, reason)
 
     def passed(self, deviation_m: float | None) -> Transition:
         """Without a stop: as it is (None), or blended and at most so far away from both."""
         passing = Passing.THROUGH if deviation_m is None else Passing.BLENDED
-        return Transition(self.before, self.block, self._continuity, passing, self.reason, deviation_m or 0.0)
+        return Transition(self.before, self.move, self._continuity, passing, self.reason, deviation_m or 0.0)
 
     def rounded(self, round_m: float, cut_m: float, deviation_m: float) -> Transition:
         """With a round edge, see `paths.meeting`."""
         reason = f"{self.reason}; {edge_text(round_m, cut_m)}"
-        return Transition(self.before, self.block, self._continuity, Passing.ROUNDED, reason, deviation_m, cut_m=cut_m)
+        return Transition(self.before, self.move, self._continuity, Passing.ROUNDED, reason, deviation_m, cut_m=cut_m)
 
     @property
     def _continuity(self) -> Continuity:

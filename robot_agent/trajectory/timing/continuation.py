@@ -30,14 +30,14 @@ class LastRun:
     raw: FilterInput | None = None
     """What the filter was given; None without one."""
 
-    def later(self, seconds: float, blocks: int) -> "LastRun":
+    def later(self, seconds: float, moves: int) -> "LastRun":
         """The same in a motion that has so much more before it."""
-        return replace(self, path=self.path.later(blocks), begins=self.begins + seconds)
+        return replace(self, path=self.path.later(moves), begins=self.begins + seconds)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathUnderWay:
-    """A path under way. Its blocks count from the one that runs."""
+    """A path under way. Its moves count from the one that runs."""
 
     path: JointPath
     """From this state on, up to where the motion comes to rest."""
@@ -55,7 +55,7 @@ class PathUnderWay:
 
     @classmethod
     def on(cls, run: LastRun, left: Pieces, t: float, at_s: float, first: int) -> Self:
-        """The state at time `t` [s] of `left`, which is time `at_s` of a run; `first` is the number of its block."""
+        """The state at time `t` [s] of `left`, which is time `at_s` of a run; `first` is the number of its move."""
         path = run.path
         times = _times(left.knots, t)
         q = left.shape(times)
@@ -84,11 +84,11 @@ class Continuation:
     left: Pieces
     """What is left of the motion, as it is."""
     ends: Numbers
-    """`(blocks,)` when each block that is not finished ends."""
+    """`(moves,)` when each move that is not finished ends."""
     rests: Numbers
     """When the motion rests, its end the last."""
     transitions: tuple[Transition, ...]
-    """Of its blocks that are not finished."""
+    """Of its moves that are not finished."""
     free_s: float
     """Until then the motion stays as it is: up to its last rest but the end, or to its end."""
     run: LastRun | None
@@ -96,7 +96,7 @@ class Continuation:
     at_s: float
     """The time of the run at `free_s`."""
     first: int
-    """The number of the first block that is not finished."""
+    """The number of the first move that is not finished."""
 
     @property
     def filter_s(self) -> float:

@@ -37,6 +37,6 @@ def _ruled(model: Model, path: JointPath, limits: Limits) -> Timed | None:
     timed = single(model, path, limits)
     if timed is not None:
         return timed
-    one_move = len({each.block for each in path.stretches}) == 1 and not has_vias(path)
+    one_move = len({each.move for each in path.stretches}) == 1 and not has_vias(path)
     shaped = one_move and limits.shaping.profile is not ProfileKind.S_CURVE
     return slowed(model, path, limits) if shaped else None

@@ -40,10 +40,10 @@ class Independent:
         """Joints `(n,)` at the end."""
         return self.target
 
-    def later(self, blocks: int) -> "Independent":
-        """The same with so many blocks before it."""
-        transitions = tuple(each.shifted(blocks) for each in self.transitions)
-        return replace(self, stretch=replace(self.stretch, block=self.stretch.block + blocks), transitions=transitions)
+    def later(self, moves: int) -> "Independent":
+        """The same with so many moves before it."""
+        transitions = tuple(each.shifted(moves) for each in self.transitions)
+        return replace(self, stretch=replace(self.stretch, move=self.stretch.move + moves), transitions=transitions)
 
     def in_time(self, model: Model, limits: Limits) -> Timed:
         """Each joint as fast as its limits allow; all of them slower where the TCP or the joints have a cap."""

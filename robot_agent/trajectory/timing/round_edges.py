@@ -33,7 +33,7 @@ def slower_edges(model: Model, path: JointPath, timed: Timed, limits: Limits) ->
     longer up to the corner and on from it than up to there and on; only the path with stops, timed, says it exactly.
     """
     rounded = {each.before: each for each in path.transitions if each.passing is Passing.ROUNDED}
-    corners = [(each.end, rounded[each.block]) for each in path.stretches[:-1] if each.block in rounded]
+    corners = [(each.end, rounded[each.move]) for each in path.stretches[:-1] if each.move in rounded]
     if not corners:
         return []
     half, farther = _halves(model, path, corners)
@@ -96,12 +96,12 @@ def _allowed(bounds: PathLimits, first: Numbers, last: Numbers) -> Numbers:
 
 
 def halfway_s(paths: Sequence[JointPath | Independent], timed: Sequence[Timed]) -> dict[int, float]:
-    """When each block is half done [s], from the beginning of the first of `paths` on."""
+    """When each move is half done [s], from the beginning of the first of `paths` on."""
     halfway, begins = {}, 0.0
     for path, each in zip(paths, timed, strict=True):
         done = 0.0
         for stretch in path.stretches:
             middle = np.interp((done + stretch.end) / 2.0, each.parameters, each.times)
-            halfway[stretch.block], done = begins + float(middle), stretch.end
+            halfway[stretch.move], done = begins + float(middle), stretch.end
         begins += each.pieces.duration_s
     return halfway

@@ -101,7 +101,7 @@ def poses_on(motions: list[Planned], line: int) -> NDArray[np.float64]:
     found = []
     for each in motions:
         taus = np.linspace(0.0, each.motion.duration_s, 2001)
-        on_line = np.array([each.lines[int(block)] == line for block in each.motion.block_at(taus)])
+        on_line = np.array([each.lines[int(move)] == line for move in each.motion.move_at(taus)])
         found.append(each.motion.pose(taus[on_line]))
     return np.concatenate(found)
 

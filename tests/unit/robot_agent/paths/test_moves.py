@@ -111,5 +111,5 @@ def test_line_refuses_a_speed_that_is_not_positive() -> None:
 
 
 def test_sequence_without_blocks_is_refused() -> None:
-    with pytest.raises(ValueError, match="at least one block"):
+    with pytest.raises(ValueError, match="at least one move"):
         Sequence([])

@@ -48,7 +48,7 @@ def test_ten_thousand_lines_of_a_circle_are_one_path_of_few_curves_whose_curvatu
     places = 0.05 * np.stack([np.sin(turn), 1.0 - np.cos(turn), 0.0 * turn], axis=1)
     (path,) = paths_of(CamLines(places, Rotation.identity(1001)))
     assert curves([path]) < 50
-    assert len(path.block_ends_m) == 1000
+    assert len(path.move_ends_m) == 1000
     at = np.linspace(0.0, path.length_m, 20_001)
     bend = np.linalg.norm(path.chain.at(at)[2], axis=1)
     assert np.abs(np.diff(bend)).max() < 0.2
@@ -109,7 +109,7 @@ def test_a_turn_on_the_spot_between_short_lines_is_made_on_the_spot() -> None:
     turned = Rotation.from_rotvec(np.outer(np.radians([0.0, 0.0, 40.0, 40.0]), [0.0, 0.0, 1.0]))
     lines = CamLines(places, turned)
     before, spot, behind = paths_of(lines)
-    assert (before.blocks, spot.blocks, behind.blocks) == ((0,), (1,), (2,))
+    assert (before.moves, spot.moves, behind.moves) == ((0,), (1,), (2,))
     assert spot.length_m == pytest.approx(np.radians(40.0))
 
 
@@ -118,7 +118,7 @@ def test_one_short_line_is_passed_as_it_is_and_those_without_any_way_are_none() 
     assert len(paths_of(of_places((0, 0, 0), (2e-3, 0, 0)))) == 1
     (path,) = paths_of(of_places((0, 0, 0), (0, 0, 0), (1, 0, 0), (1, 0, 0)))
     assert path.length_m == pytest.approx(0.001)
-    assert path.blocks == (0, 1, 2)
+    assert path.moves == (0, 1, 2)
 
 
 @pytest.mark.parametrize("number", [15, 246, 477])
@@ -172,7 +172,7 @@ def test_arcs_and_lines_between_them_are_one_path_within_the_tolerance() -> None
     x, y, _ = path.chain.at(np.linspace(0.0, path.length_m, 5000))[0].T
     inside = (x > 0.01) & (y < 0.005)
     assert np.abs(np.hypot(x - 0.01, y - 0.005)[inside] - 0.005).max() < TOLERANCE.distance_m
-    assert path.block_ends_m == pytest.approx([0.01, 0.01 + 0.0025 * np.pi, 0.015 + 0.0025 * np.pi], abs=1e-4)
+    assert path.move_ends_m == pytest.approx([0.01, 0.01 + 0.0025 * np.pi, 0.015 + 0.0025 * np.pi], abs=1e-4)
 
 
 def test_the_turn_along_a_fitted_curve_and_its_change_are_its_derivatives() -> None:

@@ -11,7 +11,7 @@ from robot_agent.agent.planning.planner import Planner
 from robot_agent.language import Names, parse_program
 from robot_agent.paths import Arc, Line, Sequence, Spline
 from robot_agent.paths.orientation import axis_angle
-from robot_agent.paths.sequence import Block
+from robot_agent.paths.sequence import Move
 from robot_agent.paths.tangential import aligned
 from robot_agent.trajectory import Motion, PlanError, plan
 from robot_agent.workspace import PlacedRobot
@@ -26,8 +26,8 @@ def at(x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) -> np.ndarray:
     return pose
 
 
-def planned(*blocks: Block) -> Motion:
-    return plan(MODEL, Sequence(blocks), LIMITS, start=START)
+def planned(*moves: Move) -> Motion:
+    return plan(MODEL, Sequence(moves), LIMITS, start=START)
 
 
 def angles_to_the_path(motion: Motion) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Each border of two blocks has its class, what the robot does there, and why."""
+"""Each border of two moves has its class, what the robot does there, and why."""
 
 import re
 from collections.abc import Callable
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from robot_agent.paths import Arc, Block, Continuity, JointMove, Line, Passing, Spline, Transition
+from robot_agent.paths import Arc, Continuity, JointMove, Line, Move, Passing, Spline, Transition
 from robot_agent.paths.orientation import rotation_vectors
 from robot_agent.trajectory import Motion, plan
 from tests.unit.planned_moves import at, beside, planned
@@ -28,7 +28,7 @@ def line(y_mm: float, z_mm: float = 0.0, turn_deg: float = 0.0, round_m: float |
     return Line(at(y_mm=y_mm, z_mm=z_mm, turn_deg=turn_deg), None, 1, round_m=round_m)
 
 
-CASES: dict[str, tuple[list[Block], Continuity, Passing, str]] = {
+CASES: dict[str, tuple[list[Move], Continuity, Passing, str]] = {
     "corner": ([line(200), line(200, 200)], C0, STOPS, "the path turns by 90.0 deg; there is no round edge"),
     "round edge": ([line(200, round_m=0.05), line(200, 200)], C0, ROUNDED, "90.0 deg; round edge of 50 mm"),
     "short": (
@@ -65,11 +65,11 @@ CASES: dict[str, tuple[list[Block], Continuity, Passing, str]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("blocks", "continuity", "passing", "reason"), CASES.values(), ids=CASES.keys())
-def test_border_of_two_blocks(blocks: list[Block], continuity: Continuity, passing: Passing, reason: str) -> None:
-    motion = planned(*blocks)
-    (transition,) = [each for each in motion.transitions if each.before != each.block]
-    assert (transition.before, transition.block) == (0, 1)
+@pytest.mark.parametrize(("moves", "continuity", "passing", "reason"), CASES.values(), ids=CASES.keys())
+def test_border_of_two_blocks(moves: list[Move], continuity: Continuity, passing: Passing, reason: str) -> None:
+    motion = planned(*moves)
+    (transition,) = [each for each in motion.transitions if each.before != each.move]
+    assert (transition.before, transition.move) == (0, 1)
     assert (transition.continuity, transition.passing) == (continuity, passing)
     assert re.search(reason, transition.reason)
     assert bool(reason) is bool(transition.reason)
@@ -108,14 +108,14 @@ def test_the_middle_point_of_an_arc_is_reported_where_its_turns_differ() -> None
     bent = Arc(at(y_mm=50, z_mm=50, turn_deg=12), at(y_mm=100, turn_deg=4), 1)
     assert planned(straight).transitions == ()
     (via,) = planned(bent).transitions
-    assert (via.before, via.block, via.passing) == (0, 0, BLENDED)
+    assert (via.before, via.move, via.passing) == (0, 0, BLENDED)
     assert np.degrees(via.deviation_rad) == pytest.approx(0.0272 * 20.0, rel=0.01)
 
 
 def test_the_turn_that_a_spline_takes_over_from_a_joint_move_is_reported() -> None:
     there = START + 0.1
     motion = planned(JointMove(there, 1.0, 1), Spline(beside(there, 30, 200, 50)[None], 2))
-    (taken,) = [each for each in motion.transitions if each.before == each.block]
+    (taken,) = [each for each in motion.transitions if each.before == each.move]
     rotation = MODEL.forward(there)[:3, :3]
     found = turned_deg(
         motion, float(motion.ends[0]) + 0.4, lambda places: np.broadcast_to(rotation, (len(places), 3, 3))
@@ -134,7 +134,7 @@ def test_a_tool_that_follows_the_path_stops_where_it_has_to_turn() -> None:
 def test_a_blend_tells_how_far_it_leaves_a_spline_that_turns_back_in_front_of_it(end_z_mm: float) -> None:
     """Within the blend the spline comes back to where it was, so places as far along are not near each other."""
     motion = planned(spline((15, 0)), line(-25, end_z_mm))
-    (transition,) = [each for each in motion.transitions if each.before != each.block]
+    (transition,) = [each for each in motion.transitions if each.before != each.move]
     start, corner, end = at()[:3, 3], at(y_mm=15)[:3, 3], at(y_mm=-25, z_mm=end_z_mm)[:3, 3]
     ahead, back = (corner - start) / 3.0, (end - corner) / np.linalg.norm(end - corner)
     control = np.stack([start, start + ahead, corner - np.linalg.norm(ahead) * back, corner])
@@ -152,8 +152,8 @@ def test_a_blend_tells_how_far_it_leaves_a_spline_that_turns_back_in_front_of_it
 def test_every_border_is_told_and_only_where_it_says_so_the_robot_stops(seed: int) -> None:
     moves = sequence(seed, longest=6)
     motion = plan(MODEL, moves, LIMITS, start=START)
-    borders = [each for each in motion.transitions if each.before != each.block]
-    assert [(each.before, each.block) for each in borders] == [(k, k + 1) for k in range(len(moves) - 1)]
+    borders = [each for each in motion.transitions if each.before != each.move]
+    assert [(each.before, each.move) for each in borders] == [(k, k + 1) for k in range(len(moves) - 1)]
     stops = [each for each in motion.transitions if each.passing is STOPS]
     np.testing.assert_allclose(motion.ends[[each.before for each in stops]], motion.rests[1:-1], atol=1e-9)
     assert all(each.deviation_m <= LIMITS.shaping.blend_m for each in borders if each.passing is BLENDED)

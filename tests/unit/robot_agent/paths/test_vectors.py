@@ -9,7 +9,7 @@ from robot_agent.paths import Arc, JointMove, Line, LineGeometry, Sequence
 from robot_agent.paths.arc import CircleGeometry
 from robot_agent.paths.curves import Circle, bezier, joining
 from robot_agent.paths.spline import control_points
-from robot_agent.trajectory import Limits, Motion, block_lengths, plan
+from robot_agent.trajectory import Limits, Motion, move_lengths, plan
 from tests.unit.repository import vectors
 from tests.unit.six_axis_arm import arm, description
 
@@ -24,8 +24,8 @@ def pose(*xyz_abc: float) -> np.ndarray:
     return from_xyz_abc(np.array([*np.array(xyz_abc[:3]) / 1000.0, *np.radians(xyz_abc[3:])]))
 
 
-def planned(*blocks: JointMove | Line | Arc, start: np.ndarray) -> Motion:
-    return plan(ARM, Sequence(blocks), LIMITS, start=start)
+def planned(*moves: JointMove | Line | Arc, start: np.ndarray) -> Motion:
+    return plan(ARM, Sequence(moves), LIMITS, start=start)
 
 
 def test_a_full_turn_of_j1_leads_round_the_base_and_back_to_the_same_pose() -> None:
@@ -47,7 +47,7 @@ def test_a_joint_move_of_j1_is_an_arc_of_the_flange() -> None:
 @pytest.mark.parametrize(("first", "last", "way_mm", "way_deg"), VECTORS["joint_move_lengths"])
 def test_joint_moves_are_as_long_as_worked(first: float, last: float, way_mm: float, way_deg: float) -> None:
     start, target = (np.radians([value, 0, 0, 0, 0, 0]) for value in (first, last))
-    ((way, rotation, joints),) = block_lengths(planned(JointMove(target, 1.0, 1), start=start))
+    ((way, rotation, joints),) = move_lengths(planned(JointMove(target, 1.0, 1), start=start))
     assert 1000.0 * way == pytest.approx(way_mm, abs=1e-4)
     assert np.degrees([rotation, joints]) == pytest.approx([way_deg, way_deg])
 
@@ -96,7 +96,7 @@ def test_lengths_are_those_of_each_block() -> None:
     turned[:3, 3] += 0.0, 0.3, 0.0
     beside[:3, 3] += 0.0, 0.1, 0.1
     motion = planned(Line(turned, None, 1), Arc(beside, here, 2, angle_rad=None), start=WORK)
-    line, arc = block_lengths(motion)
+    line, arc = move_lengths(motion)
     assert line[:2] == pytest.approx([0.3, np.radians(30.0)], rel=1e-6)
     circle = CircleGeometry.through(turned[:3, 3], beside[:3, 3], here[:3, 3])
     assert circle is not None

@@ -7,7 +7,7 @@ import pytest
 
 from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import Model, load_model
-from robot_agent.paths import Arc, Block, JointMove, Line, Passing, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, Move, Passing, Sequence, Spline
 from robot_agent.trajectory import Governor, Limits, Motion, PlanError, plan
 from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.timing import tcp_use
@@ -41,15 +41,15 @@ def turned_by(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.asarray(2.0 * np.arcsin(np.minimum(chord, 1.0)))
 
 
-def caps(block: Block, limits: Limits) -> np.ndarray:
-    """What a block allows of the TCP's speed and rotation and of the joints' own speed."""
-    asked = np.array([block.speed_m_s, block.rotation_rad_s, block.joint_speed_rad_s], dtype=float)
+def caps(move: Move, limits: Limits) -> np.ndarray:
+    """What a move allows of the TCP's speed and rotation and of the joints' own speed."""
+    asked = np.array([move.speed_m_s, move.rotation_rad_s, move.joint_speed_rad_s], dtype=float)
     path = limits.path
-    own = [np.inf, np.inf] if isinstance(block, JointMove) else [path.speed_m_s, path.angular_speed_rad_s]
+    own = [np.inf, np.inf] if isinstance(move, JointMove) else [path.speed_m_s, path.angular_speed_rad_s]
     return np.fmin(asked, [*own, np.inf])
 
 
-def used(model: Model, blocks: tuple[Block, ...], motion: Motion) -> dict[str, float]:
+def used(model: Model, moves: tuple[Move, ...], motion: Motion) -> dict[str, float]:
     """The most of each limit, by differences of joints and poses alone."""
     limits = Limits.of(model.description)
     t = np.arange(-3, int(motion.duration_s / STEP_S) + 5) * STEP_S
@@ -65,9 +65,9 @@ def used(model: Model, blocks: tuple[Block, ...], motion: Motion) -> dict[str, f
     speed = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1) / STEP_S
     turn = turned_by(poses[:-1, :3, :3], poses[1:, :3, :3]) / STEP_S
     own = np.linalg.norm(rates[0][:, limits.turning], axis=1)
-    block = motion.block_at(t)
-    inside = block[:-1] == block[1:]
-    allowed = np.array([caps(each, limits) for each in blocks])[block[:-1]]
+    move = motion.move_at(t)
+    inside = move[:-1] == move[1:]
+    allowed = np.array([caps(each, limits) for each in moves])[move[:-1]]
     for name, rate, cap in zip(("F", "FA", "FJ"), (speed, turn, own), allowed.T, strict=True):
         found[name] = float((rate / cap * inside).max())
     return found
@@ -91,19 +91,19 @@ def judge(number: int) -> bool:
         motion = plan(model, sequence, Limits.of(model.description), start=start)
     except PlanError:
         return False
-    found = used(model, sequence.blocks, motion)
+    found = used(model, sequence.moves, motion)
     assert max(found.values()) <= EXCESS, f"{name} {number}: {found}"
     knots = motion.pieces.knots[1:-1]
     np.testing.assert_allclose(motion.q(knots - 1e-9), motion.q(knots + 1e-9), atol=1e-7)
     assert longest_stand_s(motion) <= 0.05, f"{name} {number}"
     stops = [each for each in motion.transitions if each.passing is Passing.STOPS]
     assert all(each.reason for each in stops)
-    assert len(motion.rests) - 2 <= len(stops) + sum(_turns_first(each) for each in sequence.blocks)
+    assert len(motion.rests) - 2 <= len(stops) + sum(_turns_first(each) for each in sequence.moves)
     return True
 
 
-def _turns_first(block: Block) -> bool:
-    return not isinstance(block, JointMove) and block.tangential_rad is not None
+def _turns_first(move: Move) -> bool:
+    return not isinstance(move, JointMove) and move.tangential_rad is not None
 
 
 def test_programs_at_the_extremes_keep_all_limits_or_are_refused() -> None:
@@ -124,8 +124,8 @@ def beside(name: str, offset: tuple[float, float, float], turn: float = 0.0) -> 
     return np.asarray(pose)
 
 
-def planned(name: str, *blocks: Block) -> Motion:
-    return plan(MODELS[name], Sequence(blocks), Limits.of(MODELS[name].description), start=start_of(name))
+def planned(name: str, *moves: Move) -> Motion:
+    return plan(MODELS[name], Sequence(moves), Limits.of(MODELS[name].description), start=start_of(name))
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -160,8 +160,8 @@ def test_rotation_keeps_its_cap_where_the_turn_reverses_in_a_round_edge(
 ) -> None:
     cap = np.radians(cap_deg_s)
     there, back = beside("scara", (0.08, 0.0, 0.0), np.radians(turn_deg)), beside("scara", (0.08, 0.08, 0.0))
-    blocks = Line(there, None, 1, round_m=round_m, rotation_rad_s=cap), Line(back, None, 2, rotation_rad_s=cap)
-    assert used(MODELS["scara"], blocks, planned("scara", *blocks))["FA"] == pytest.approx(1.0, abs=0.003)
+    moves = Line(there, None, 1, round_m=round_m, rotation_rad_s=cap), Line(back, None, 2, rotation_rad_s=cap)
+    assert used(MODELS["scara"], moves, planned("scara", *moves))["FA"] == pytest.approx(1.0, abs=0.003)
 
 
 def test_the_flange_keeps_its_jerk_where_it_nearly_reverses_in_a_round_edge() -> None:
@@ -207,11 +207,11 @@ def test_feeds_are_kept_on_moves_shorter_than_a_cycle(segment_m: float) -> None:
 @pytest.mark.parametrize("feed_m_s", [0.005, 0.02])
 def test_creeping_feeds_are_kept_in_round_edges_and_arcs(name: str, feed_m_s: float) -> None:
     side = 0.5 * ROOM_M[name]
-    blocks = (
+    moves = (
         Line(beside(name, (-side, 0.0, 0.0)), feed_m_s, 1, round_m=0.01),
         Arc(beside(name, (-1.3 * side, side, 0.0)), beside(name, (-side, 1.5 * side, 0.0)), 2, speed_m_s=feed_m_s),
     )
-    assert used(MODELS[name], blocks, planned(name, *blocks))["F"] == pytest.approx(0.9995, abs=0.0015)
+    assert used(MODELS[name], moves, planned(name, *moves))["F"] == pytest.approx(0.9995, abs=0.0015)
 
 
 def test_an_arc_without_a_way_is_none() -> None:

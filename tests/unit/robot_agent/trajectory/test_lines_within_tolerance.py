@@ -44,7 +44,7 @@ def test_a_circle_of_chords_takes_as_long_as_the_circle_and_not_ten_times_as_lon
     assert len(short.rests) == 2
     assert motion_of(lines.lines(None, 0.3)[:30]).duration_s > 2.0
     (told,) = short.transitions
-    assert (told.before, told.block, told.passing) == (0, 599, Passing.FITTED)
+    assert (told.before, told.move, told.passing) == (0, 599, Passing.FITTED)
     assert told.deviation_m < TOLERANCE.distance_m
     assert "600 moves in 2" in told.reason
 
@@ -54,7 +54,7 @@ def test_the_feed_of_each_line_holds_where_the_line_lies() -> None:
     moves = [replace(line, speed_m_s=0.05 if 200 <= k < 300 else 0.15) for k, line in enumerate(lines.lines(TOLERANCE))]
     motion = motion_of(moves)
     tau = np.linspace(0.0, motion.duration_s, 20_000)
-    slow = (motion.block_at(tau) >= 200) & (motion.block_at(tau) < 300)
+    slow = (motion.move_at(tau) >= 200) & (motion.move_at(tau) < 300)
     speed = motion.tcp_speed(tau)
     assert speed[slow].max() < 1.01 * 0.05
     assert speed[slow].mean() > 0.95 * 0.05
@@ -94,5 +94,5 @@ def test_an_extension_that_does_not_go_on_in_the_direction_before_stops_at_the_c
     moves = [Line(pose, 0.2, 101 + k, tolerance=TOLERANCE) for k, pose in enumerate(aside)]
     onward = plan(MODEL, Sequence(moves), LIMITS, start=first.state(0.2))
     (stop,) = (each for each in onward.transitions if each.passing is Passing.STOPS)
-    assert stop.block - stop.before == 1
+    assert stop.move - stop.before == 1
     assert onward.rests[1] == pytest.approx(onward.ends[-3], abs=1e-6)

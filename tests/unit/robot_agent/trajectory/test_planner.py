@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cell.geometry import from_xyz_abc
 from robot_agent.model.description import JointLimits, PathSpeeds
-from robot_agent.paths import Arc, Block, JointMove, Line, LineGeometry, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, LineGeometry, Move, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, s_curve
 from robot_agent.trajectory.joints import follow
 from tests.unit.six_axis_arm import arm, description
@@ -30,8 +30,8 @@ def moved(offset: tuple[float, ...], turn: tuple[float, ...] = (0.0, 0.0, 0.0)) 
     return target
 
 
-def planned(*blocks: Block, limits: Limits = LIMITS) -> Motion:
-    return plan(ARM, Sequence(blocks), limits, start=START)
+def planned(*moves: Move, limits: Limits = LIMITS) -> Motion:
+    return plan(ARM, Sequence(moves), limits, start=START)
 
 
 def assert_inside_limits(motion: Motion, limits: Limits = LIMITS) -> None:
@@ -109,7 +109,7 @@ def test_motion_is_at_rest_between_its_blocks() -> None:
     there, aside = Line(moved((0.1, 0.0, 0.0)), None, 10), Line(moved((0.0, 0.1, 0.0)), 0.1, 12)
     motion = planned(there, JointMove(START, 0.5, 11), aside)
     assert len(motion.ends) == 3
-    np.testing.assert_array_equal(motion.block_at(np.append(0.0, motion.ends)), [0, 0, 1, 2])
+    np.testing.assert_array_equal(motion.move_at(np.append(0.0, motion.ends)), [0, 0, 1, 2])
     np.testing.assert_allclose(motion.qd(motion.rests), 0.0, atol=1e-9)
     np.testing.assert_allclose(motion.qdd(motion.rests), 0.0, atol=1e-6)
     assert_inside_limits(motion)
@@ -122,12 +122,12 @@ def test_velocity_and_acceleration_are_the_derivatives_of_the_joints() -> None:
     np.testing.assert_allclose(motion.qdd(tau), (motion.qd(tau + h) - motion.qd(tau - h)) / (2 * h), atol=1e-4)
 
 
-@pytest.mark.parametrize("block", [JointMove(START, 1.0, 1), Line(ARM.forward(START), None, 1)], ids=["joint", "line"])
-def test_move_of_no_length_is_a_no_op(block: JointMove | Line) -> None:
-    motion = planned(block)
+@pytest.mark.parametrize("move", [JointMove(START, 1.0, 1), Line(ARM.forward(START), None, 1)], ids=["joint", "line"])
+def test_move_of_no_length_is_a_no_op(move: JointMove | Line) -> None:
+    motion = planned(move)
     assert motion.duration_s == 0.0
     np.testing.assert_allclose(motion.q(motion.grid), np.tile(START, (2, 1)), atol=1e-12)
-    assert planned(block, JointMove(START + 0.1, 1.0, 2)).duration_s > 0.0
+    assert planned(move, JointMove(START + 0.1, 1.0, 2)).duration_s > 0.0
 
 
 def test_turn_on_the_spot_keeps_the_angular_limits() -> None:
@@ -320,7 +320,7 @@ MIRRORED = TURNED @ np.diag([-1.0, 1.0, 1.0, 1.0])
 
 
 @pytest.mark.parametrize(
-    ("block", "defect"),
+    ("move", "defect"),
     [
         (
             Line(TURNED @ np.diag([2.0, 2.0, 2.0, 1.0]), None, 4),
@@ -335,9 +335,9 @@ MIRRORED = TURNED @ np.diag([-1.0, 1.0, 1.0, 1.0])
         (Spline(np.zeros((0, 4, 4)), 4), "at least one"),
     ],
 )
-def test_pose_that_no_flange_can_have_is_refused_by_name(block: Block, defect: str) -> None:
+def test_pose_that_no_flange_can_have_is_refused_by_name(move: Move, defect: str) -> None:
     with pytest.raises(PlanError, match=f"line 4: .*{defect}"):
-        planned(block)
+        planned(move)
 
 
 @pytest.mark.parametrize("start", [START[:5], np.append(START[:5], np.nan)], ids=["five joints", "not a number"])

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robot_agent.paths import Block, JointMove, Sequence
+from robot_agent.paths import JointMove, Move, Sequence
 from robot_agent.trajectory import Motion, PlanError, plan
 from robot_agent.trajectory.joints.joint_path import JointPath
 from robot_agent.trajectory.planner import _Paths
@@ -109,39 +109,39 @@ def assert_smooth_and_at_rest(motion: Motion) -> None:
 
 
 def assert_flange_inside_its_speeds(moves: Sequence, motion: Motion, taus: list[np.ndarray]) -> None:
-    for block, tau in zip(moves.blocks, taus, strict=True):
-        if isinstance(block, JointMove):
+    for move, tau in zip(moves.moves, taus, strict=True):
+        if isinstance(move, JointMove):
             continue
-        cap = LIMITS.path.speed_m_s if block.speed_m_s is None else min(block.speed_m_s, LIMITS.path.speed_m_s)
+        cap = LIMITS.path.speed_m_s if move.speed_m_s is None else min(move.speed_m_s, LIMITS.path.speed_m_s)
         twist = (MODEL.jacobian(motion.q(tau)) @ motion.qd(tau)[..., None])[..., 0]
         speeds = np.linalg.norm(twist.reshape(-1, 2, 3), axis=2)
-        assert (speeds <= EXCESS * np.array([cap, LIMITS.path.angular_speed_rad_s])).all(), f"block {block.line}"
+        assert (speeds <= EXCESS * np.array([cap, LIMITS.path.angular_speed_rad_s])).all(), f"move {move.line}"
 
 
 def assert_flange_inside_its_acceleration_and_jerk(moves: Sequence, motion: Motion) -> None:
-    used = tcp_shares(motion, LIMITS.path, [not isinstance(each, JointMove) for each in moves.blocks], every_s=0.003)
+    used = tcp_shares(motion, LIMITS.path, [not isinstance(each, JointMove) for each in moves.moves], every_s=0.003)
     assert (used <= EXCESS).all(), f"along, across, jerk: {np.sort(used, axis=0)[-3:]} of the flange's limits"
 
 
-def caps(block: Block) -> np.ndarray:
-    """What a block allows the flange's speed and rotation and the joints' own speed, the path's limits included."""
-    asked = np.array([block.speed_m_s, block.rotation_rad_s, block.joint_speed_rad_s], dtype=float)
+def caps(move: Move) -> np.ndarray:
+    """What a move allows the flange's speed and rotation and the joints' own speed, the path's limits included."""
+    asked = np.array([move.speed_m_s, move.rotation_rad_s, move.joint_speed_rad_s], dtype=float)
     path = LIMITS.path
-    own = [np.inf, np.inf] if isinstance(block, JointMove) else [path.speed_m_s, path.angular_speed_rad_s]
+    own = [np.inf, np.inf] if isinstance(move, JointMove) else [path.speed_m_s, path.angular_speed_rad_s]
     return np.fmin(asked, [*own, np.inf])
 
 
 def assert_caps_kept_at_every_millisecond(moves: Sequence, motion: Motion) -> None:
-    """In corners too: each half of one keeps what its block asks for."""
+    """In corners too: each half of one keeps what its move asks for."""
     tau = np.arange(0.0, motion.duration_s, 0.001)
-    block, qd = motion.block_at(tau), motion.qd(tau)
+    move, qd = motion.move_at(tau), motion.qd(tau)
     twist = (MODEL.jacobian(motion.q(tau)) @ qd[..., None])[..., 0]
     speeds = [np.linalg.norm(each, axis=1) for each in (twist[:, :3], twist[:, 3:], qd)]
-    allowed = np.array([[*caps(each), getattr(each, "speed", 1.0)] for each in moves.blocks])[block]
+    allowed = np.array([[*caps(each), getattr(each, "speed", 1.0)] for each in moves.moves])[move]
     share = (np.abs(qd) / LIMITS.velocity).max(axis=1)
     used = np.column_stack([*speeds, share]) / np.fmax(allowed, 1e-300)
     worst = np.unravel_index(used.argmax(), used.shape)
-    assert used.max() <= EXCESS, f"{used.max()} of cap {worst[1]}, block {block[worst[0]]}, at {tau[worst[0]]} s"
+    assert used.max() <= EXCESS, f"{used.max()} of cap {worst[1]}, move {move[worst[0]]}, at {tau[worst[0]]} s"
 
 
 def some(number: int, of_test: Container[int]) -> object:

@@ -8,7 +8,7 @@ import pytest
 
 from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import load_model
-from robot_agent.paths import Arc, Block, Line, Sequence, Spline
+from robot_agent.paths import Arc, Line, Move, Sequence, Spline
 from robot_agent.trajectory import Limits, PlanError, plan
 from tests.unit.random_moves import LIMITS, MODEL, START, round_sequence
 from tests.unit.repository import ROOT
@@ -62,6 +62,6 @@ def test_the_arch_from_place_to_place_is_one_motion_without_a_stop(sideways: tup
     ],
     ids=["line", "spline", "rounds of a wide arc"],
 )
-def test_what_is_far_beyond_every_robot_is_refused_with_its_line_and_the_range(move: Block, why: str) -> None:
+def test_what_is_far_beyond_every_robot_is_refused_with_its_line_and_the_range(move: Move, why: str) -> None:
     with pytest.raises(PlanError, match=why):
         plan(MODEL, Sequence([move]), LIMITS, start=START)

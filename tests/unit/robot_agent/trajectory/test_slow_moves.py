@@ -16,12 +16,12 @@ PLACES_M = [(-0.1, -0.3 + 0.05 * (k // 2), -0.1 if k % 4 in (1, 2) else 0.0) for
 
 def chain(speeds_m_s: list[float]) -> Motion:
     """Up and down beside where the arm stands, its corners rounded."""
-    blocks = []
+    moves = []
     for number, (place, speed_m_s) in enumerate(zip(PLACES_M, speeds_m_s, strict=True), 1):
         pose = ARM.forward(START)
         pose[:3, 3] += place
-        blocks.append(Line(pose, speed_m_s, number, round_m=0.005))
-    return plan(ARM, Sequence(blocks), LIMITS, START)
+        moves.append(Line(pose, speed_m_s, number, round_m=0.005))
+    return plan(ARM, Sequence(moves), LIMITS, START)
 
 
 def durations(motion: Motion) -> np.ndarray:
@@ -47,7 +47,7 @@ def test_fast_and_slow_moves_in_one_chain_keep_all_limits() -> None:
     assert used.max() < 1.001
     places = np.linspace(0.0, 1.0, 5)
     t = (motion.pieces.knots[:-1, None] + np.diff(motion.pieces.knots)[:, None] * places).ravel()
-    allowed = np.array([FAST_M_S, 0.02, 0.1, 0.005] * 4)[motion.block_at(t)]
+    allowed = np.array([FAST_M_S, 0.02, 0.1, 0.005] * 4)[motion.move_at(t)]
     assert (motion.tcp_speed(t) < 1.01 * allowed).all()
 
 

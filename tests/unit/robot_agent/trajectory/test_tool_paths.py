@@ -13,7 +13,7 @@ from robot_agent.agent.planning.plans import Planned, PlanRequest
 from robot_agent.kinematics import Model, load_model, model_of
 from robot_agent.language import Interpreter, LineStep, Names, parse_program
 from robot_agent.model.description import NOTHING, Mounted
-from robot_agent.paths import Arc, Block, JointMove, Line, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, Move, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.workspace import PlacedRobot
 from tests.unit.pinocchio_chains import CHAINS
@@ -83,8 +83,8 @@ def tcps(model: Model, motion: Motion, count: int = 2000) -> tuple[np.ndarray, n
     return t, flanges(model, motion.q(t)) @ TORCH.pose_flange_tcp
 
 
-def planned(model: Model, *blocks: Block) -> Motion:
-    return plan(model, Sequence(blocks), Limits.of(model.description), start=start_of(model))
+def planned(model: Model, *moves: Move) -> Motion:
+    return plan(model, Sequence(moves), Limits.of(model.description), start=start_of(model))
 
 
 def speeds(t: np.ndarray, poses: np.ndarray) -> np.ndarray:
@@ -129,7 +129,7 @@ def test_an_arc_and_its_speed_are_those_of_the_tcp(family: str) -> None:
     assert speeds(t, poses).max() == pytest.approx(0.05, rel=2e-3)
 
 
-Moves = Callable[[np.ndarray], tuple[Block, ...]]
+Moves = Callable[[np.ndarray], tuple[Move, ...]]
 PATHS: dict[str, Moves] = {
     "round edge": lambda here: (
         Line(beside(here, (60, 0, 0), 10), 0.1, 1, round_m=0.02),

@@ -1,4 +1,4 @@
-"""Where blocks meet: what is merged, what is rounded, and where the robot has to stop."""
+"""Where moves meet: what is merged, what is rounded, and where the robot has to stop."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 
 from cell.geometry import from_xyz_abc
 from robot_agent.kinematics import load_model
-from robot_agent.paths import Arc, Block, JointMove, Line, Passing, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, Move, Passing, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, PlanError, plan
 from robot_agent.trajectory.joints.joint_path import JointPath
 from robot_agent.trajectory.planner import _Paths
@@ -201,14 +201,14 @@ def test_arc_without_a_circle_names_its_line() -> None:
 
 
 @pytest.mark.parametrize(
-    "block",
+    "move",
     [Line(at(y_mm=200), None, 1, rotation_rad_s=0.1), JointMove(START + 0.3, 1.0, 1, rotation_rad_s=0.1)],
     ids=["line", "joint move"],
 )
-def test_caps_hold_on_every_move(block: Block) -> None:
+def test_caps_hold_on_every_move(move: Move) -> None:
     target = at(y_mm=200, turn_deg=20)
-    block = Line(target, None, 1, rotation_rad_s=0.1) if isinstance(block, Line) else block
-    motion = planned(block)
+    move = Line(target, None, 1, rotation_rad_s=0.1) if isinstance(move, Line) else move
+    motion = planned(move)
     taus = np.linspace(0, motion.duration_s, 500)
     turn = (MODEL.jacobian(motion.q(taus))[:, 3:] @ motion.qd(taus)[..., None])[..., 0]
     assert np.linalg.norm(turn, axis=1).max() == pytest.approx(0.1, rel=5e-3)
@@ -220,22 +220,22 @@ def test_caps_hold_on_every_move(block: Block) -> None:
     [("line joints", (0.1, np.inf)), ("joints line", (np.inf, 0.1)), ("joints joints", (0.1, 0.2))],
 )
 def test_caps_hold_in_corners_that_the_joints_round(kinds: str, caps_m_s: tuple[float, float], round_m: float) -> None:
-    start, blocks = START, []
+    start, moves = START, []
     for line, (kind, cap) in enumerate(zip(kinds.split(), caps_m_s, strict=True), 1):
         speed = cap if np.isfinite(cap) else None
         if kind == "line":
             pose = MODEL.forward(start)
             pose[:3, 3] += [0.0, 0.15, 0.0]
-            blocks.append(Line(pose, speed, line, round_m=round_m))
+            moves.append(Line(pose, speed, line, round_m=round_m))
         else:
             start = start + np.array([[0.4, 0.1, 0.0, 0.0, 0.0, 0.0], [0.3, 0.1, 0.4, 0.3, 0.1, 0.2]][line - 1])
-            blocks.append(JointMove(start, 1.0, line, speed_m_s=speed, round_m=round_m))
-    motion = planned(*blocks)
+            moves.append(JointMove(start, 1.0, line, speed_m_s=speed, round_m=round_m))
+    motion = planned(*moves)
     assert stops(motion) == 0
     taus = np.arange(0.0, motion.duration_s, 1e-3)
-    number, speeds = motion.block_at(taus), motion.tcp_speed(taus)
-    for block, cap in enumerate(caps_m_s):
-        fastest = speeds[number == block].max()
+    number, speeds = motion.move_at(taus), motion.tcp_speed(taus)
+    for move, cap in enumerate(caps_m_s):
+        fastest = speeds[number == move].max()
         assert fastest <= 1.001 * cap
         assert fastest > 0.9 * min(cap, 0.5)
 
@@ -255,9 +255,9 @@ SMALL = [
 """Moves with something small on the way, and how long [s] they would take without a limit of jerk."""
 
 
-@pytest.mark.parametrize(("blocks", "bound_s"), SMALL, ids=["turn", "spline that turns", "fine spline"])
-def test_something_small_on_the_way_slows_the_robot_there_only(blocks: list[Block], bound_s: float) -> None:
-    motion = planned(*blocks)
+@pytest.mark.parametrize(("moves", "bound_s"), SMALL, ids=["turn", "spline that turns", "fine spline"])
+def test_something_small_on_the_way_slows_the_robot_there_only(moves: list[Move], bound_s: float) -> None:
+    motion = planned(*moves)
     assert stops(motion) == 0
     assert motion.duration_s < 1.8 * bound_s + 0.2
 

@@ -203,7 +203,7 @@ def _path(planned: Planned, pose_base_frame: np.ndarray) -> np.ndarray:
     """Places `(k, 3)` of the flange in the frame, of what is programmed in it."""
     in_frame = np.array(planned.lines) > 4
     taus = np.linspace(0.0, planned.motion.duration_s, 1000)
-    taus = taus[in_frame[planned.motion.block_at(taus)]]
+    taus = taus[in_frame[planned.motion.move_at(taus)]]
     poses = inverse(pose_base_frame) @ ARM.forward(planned.motion.q(taus))
     return poses[:, :3, 3]
 

@@ -19,9 +19,9 @@ VECTORS = vectors("profiles.json")["filter"]
 TARGET = START + np.array([0.5, -0.3, 0.2, 0.0, 0.4, 0.6])
 
 
-def planned(blocks: Sequence, filter_s: float) -> Motion:
+def planned(moves: Sequence, filter_s: float) -> Motion:
     limits = replace(LIMITS, shaping=Shaping(ProfileKind.S_CURVE, filter_s))
-    return plan(MODEL, blocks, limits, start=START)
+    return plan(MODEL, moves, limits, start=START)
 
 
 def test_weights_and_step_response_are_the_worked_ones() -> None:
@@ -81,12 +81,12 @@ def test_the_filter_has_no_phase() -> None:
 
 @pytest.mark.parametrize(("seed", "filter_s"), [(0, 0.01), (1, 0.04), (2, 0.15), (3, 0.04)])
 def test_limits_are_kept_and_every_rest_stays_a_rest(seed: int, filter_s: float) -> None:
-    blocks = sequence(seed, 4)
-    motion = planned(blocks, filter_s)
-    plain = planned(stopping_as(motion, blocks), 0.0)
+    moves = sequence(seed, 4)
+    motion = planned(moves, filter_s)
+    plain = planned(stopping_as(motion, moves), 0.0)
     used = motion.pieces.peaks() / np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
     assert used.max() <= 1.0 + 1e-3
-    on_path = [not isinstance(each, JointMove) for each in blocks.blocks]
+    on_path = [not isinstance(each, JointMove) for each in moves.moves]
     assert tcp_shares(motion, LIMITS.path, on_path, every_s=0.003, apart_s=filter_s).max() <= 1.001
     assert len(motion.rests) == len(plain.rests)
     np.testing.assert_array_equal(motion.qd(motion.rests), 0.0)
@@ -128,8 +128,8 @@ def test_deviation_from_the_path_is_reported_as_it_is() -> None:
         pose[:3, 3] += 0.0, y, z
         return pose
 
-    blocks = Sequence([Line(at(0.2, 0.0), 0.3, 1, round_m=0.02), Line(at(0.2, 0.2), 0.3, 2)])
-    plain, motion = planned(blocks, 0.0), planned(blocks, 0.1)
+    moves = Sequence([Line(at(0.2, 0.0), 0.3, 1, round_m=0.02), Line(at(0.2, 0.2), 0.3, 2)])
+    plain, motion = planned(moves, 0.0), planned(moves, 0.1)
     path = plain.pose(np.linspace(0.0, plain.duration_s, 6000))[:, :3, 3]
     places = motion.pose(np.linspace(0.0, motion.duration_s, 400))[:, :3, 3]
     away = np.linalg.norm(path[None] - places[:, None], axis=2).min(axis=1).max()
@@ -139,7 +139,7 @@ def test_deviation_from_the_path_is_reported_as_it_is() -> None:
 
 
 def test_longer_windows_deviate_more() -> None:
-    blocks = Sequence(sequence(3, 4).blocks[:2])
-    deviations = [planned(blocks, window).filter_deviation_m for window in (0.01, 0.03, 0.09)]
+    moves = Sequence(sequence(3, 4).moves[:2])
+    deviations = [planned(moves, window).filter_deviation_m for window in (0.01, 0.03, 0.09)]
     assert deviations == sorted(deviations)
     assert deviations[2] > 10.0 * deviations[0]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from robot_agent.kinematics import load_model
 from robot_agent.model import ProfileKind, Shaping
 from robot_agent.paths import Arc, JointMove, Line, Sequence
-from robot_agent.paths.sequence import Block
+from robot_agent.paths.sequence import Move
 from robot_agent.trajectory import Limits, Motion, plan, s_curve
 from tests.unit.random_moves import LIMITS, MODEL, START
 from tests.unit.repository import ROOT
@@ -18,8 +18,8 @@ from tests.unit.repository import ROOT
 TARGET = START + np.array([0.3, -0.2, 0.1, 0.6, 0.2, -0.5])
 
 
-def planned(*blocks: Block, limits: Limits = LIMITS) -> Motion:
-    return plan(MODEL, Sequence(blocks), limits, start=START)
+def planned(*moves: Move, limits: Limits = LIMITS) -> Motion:
+    return plan(MODEL, Sequence(moves), limits, start=START)
 
 
 def alone_s(way: float, joint: int, speed: float = 1.0) -> float:
@@ -107,7 +107,7 @@ def beside(y: float, z: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "block",
+    "move",
     [
         JointMove(TARGET, 1.0, 1, joint_speed_rad_s=0.2),
         Line(beside(0.4, 0.1), None, 1, joint_speed_rad_s=0.2),
@@ -115,11 +115,11 @@ def beside(y: float, z: float) -> np.ndarray:
     ],
     ids=["joint move", "line", "arc"],
 )
-def test_joint_speed_can_be_capped_on_every_move(block: Block) -> None:
-    motion = planned(block)
+def test_joint_speed_can_be_capped_on_every_move(move: Move) -> None:
+    motion = planned(move)
     speeds = np.linalg.norm(motion.qd(np.linspace(0, motion.duration_s, 2000)), axis=1)
     assert speeds.max() == pytest.approx(0.2, rel=5e-3)
-    assert motion.duration_s > planned(replace(block, joint_speed_rad_s=None)).duration_s
+    assert motion.duration_s > planned(replace(move, joint_speed_rad_s=None)).duration_s
 
 
 def test_worked_joint_speeds_of_a_capped_move() -> None:

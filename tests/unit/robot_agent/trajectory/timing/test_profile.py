@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from robot_agent.kinematics import load_model
 from robot_agent.model import PathSpeeds, ProfileKind, Shaping
-from robot_agent.paths import Arc, Block, JointMove, Line, Sequence
+from robot_agent.paths import Arc, JointMove, Line, Move, Sequence
 from robot_agent.paths.curves import bezier
 from robot_agent.trajectory import Limits, Motion, plan
 from robot_agent.trajectory.joints.pieces import Pieces
@@ -114,9 +114,9 @@ def test_quintic_between_any_states_has_the_worked_coefficients() -> None:
     np.testing.assert_allclose(pieces.coefficients[0, :, 0], worked["coefficients"], atol=1e-9)
 
 
-def planned(kind: ProfileKind, *blocks: Block, filter_s: float = 0.0, path: PathSpeeds = LIMITS.path) -> Motion:
+def planned(kind: ProfileKind, *moves: Move, filter_s: float = 0.0, path: PathSpeeds = LIMITS.path) -> Motion:
     limits = replace(LIMITS, shaping=Shaping(kind, filter_s), path=path)
-    return plan(MODEL, Sequence(blocks), limits, start=START)
+    return plan(MODEL, Sequence(moves), limits, start=START)
 
 
 def beside(x: float, y: float, z: float) -> np.ndarray:

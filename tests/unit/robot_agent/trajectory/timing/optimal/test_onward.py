@@ -7,7 +7,7 @@ import pytest
 
 from cell.geometry import from_xyz_abc
 from robot_agent.model.description import ProfileKind, Shaping
-from robot_agent.paths import Arc, Block, JointMove, Line, Passing, Sequence, Spline
+from robot_agent.paths import Arc, JointMove, Line, Move, Passing, Sequence, Spline
 from robot_agent.trajectory import Limits, Motion, PlanError, plan, spliced
 from robot_agent.trajectory.timing.gaussian_window import gaussian_weights, window_cells
 from tests.unit.six_axis_arm import arm, description
@@ -37,12 +37,12 @@ def loop(length: float, radius: float, speed: float) -> list[Line | Arc]:
     ]
 
 
-def planned(*blocks: Block, limits: Limits = LIMITS) -> Motion:
-    return plan(ARM, Sequence(blocks), limits, start=START)
+def planned(*moves: Move, limits: Limits = LIMITS) -> Motion:
+    return plan(ARM, Sequence(moves), limits, start=START)
 
 
-def extended(motion: Motion, tau: float, *blocks: Block, limits: Limits = LIMITS) -> Motion:
-    return plan(ARM, Sequence(blocks), limits, start=motion.state(tau))
+def extended(motion: Motion, tau: float, *moves: Move, limits: Limits = LIMITS) -> Motion:
+    return plan(ARM, Sequence(moves), limits, start=motion.state(tau))
 
 
 def assert_same_state(before: Motion, tau: float, after: Motion) -> None:
@@ -64,13 +64,13 @@ def distance_from_loop(places: np.ndarray, length: float, radius: float) -> np.n
     return np.asarray(np.hypot(across - radius, z))
 
 
-@pytest.mark.parametrize(("speed", "blocks"), [(0.25, 12), (2.0, 24)], ids=["at-its-cap", "at-the-joints-limits"])
-def test_endless_loop_with_three_blocks_of_look_ahead_never_stops(speed: float, blocks: int) -> None:
+@pytest.mark.parametrize(("speed", "moves"), [(0.25, 12), (2.0, 24)], ids=["at-its-cap", "at-the-joints-limits"])
+def test_endless_loop_with_three_blocks_of_look_ahead_never_stops(speed: float, moves: int) -> None:
     length, radius = 0.2, 0.08
     around = loop(length, radius, speed)
     motion, passed, speeds, dt = planned(*around[:AHEAD]), [], [], 0.002
-    for number in range(AHEAD, blocks):
-        # after the middle of the block after the first, on a tick: the block under way and two others are known
+    for number in range(AHEAD, moves):
+        # after the middle of the move after the first, on a tick: the move under way and two others are known
         first = motion.ends[0] if len(motion.ends) > AHEAD else 0.0
         tau = np.ceil((first + motion.ends[-AHEAD]) / 2.0 / dt) * dt
         longer = extended(motion, tau, around[number % 4])
@@ -90,14 +90,14 @@ def test_endless_loop_with_three_blocks_of_look_ahead_never_stops(speed: float, 
 
 
 def test_the_old_motion_stays_and_the_new_one_has_its_unfinished_blocks_first() -> None:
-    blocks = loop(0.2, 0.08, 0.25)
-    motion = planned(*blocks[:3])
+    moves = loop(0.2, 0.08, 0.25)
+    motion = planned(*moves[:3])
     tau = float(motion.ends[0] + 0.1)
-    longer = extended(motion, tau, blocks[3])
+    longer = extended(motion, tau, moves[3])
     assert len(longer.ends) == 3
     assert longer.ends[0] == pytest.approx(motion.ends[1] - tau, abs=1e-3)
     np.testing.assert_allclose(motion.qd(np.array(motion.duration_s)), 0.0, atol=1e-12)
-    np.testing.assert_allclose(longer.pose(np.array(longer.duration_s)), blocks[3].target_pose, atol=1e-6)
+    np.testing.assert_allclose(longer.pose(np.array(longer.duration_s)), moves[3].target_pose, atol=1e-6)
 
 
 def test_what_is_told_of_via_points_of_the_move_under_way_stays() -> None:
@@ -105,7 +105,7 @@ def test_what_is_told_of_via_points_of_the_move_under_way_stays() -> None:
     points[:, 1, 3] += [0.05, 0.1, 0.15]
     points[1, :3, :3] = from_xyz_abc(np.array([0, 0, 0, 0, 0, 0.2]))[:3, :3] @ points[1, :3, :3]
     motion = planned(Spline(points, 1, 0.2))
-    vias = [each for each in motion.transitions if each.before == each.block == 0]
+    vias = [each for each in motion.transitions if each.before == each.move == 0]
     ahead = points[2].copy()
     ahead[2, 3] += 0.1
     longer = extended(motion, 0.3, Line(ahead, 0.2, 2))
@@ -117,16 +117,16 @@ def test_what_is_told_of_via_points_of_the_move_under_way_stays() -> None:
 @pytest.mark.parametrize("ahead", ["spline", "line", "arc", "joint move"])
 def test_spline_that_is_led_towards_what_comes_is_the_same_curve_as_in_one_plan(ahead: str) -> None:
     point, corner, end = (beside(*place)[None] for place in ((0.05, 0.1), (0.0, 0.2), (0.1, 0.25)))
-    following: dict[str, Block] = {
+    following: dict[str, Move] = {
         "spline": Spline(end, 3, 0.2),
         "line": Line(end[0], 0.2, 3),
         "arc": Arc(beside(0.05, 0.2), end[0], 3, speed_m_s=0.2),
         "joint move": JointMove(START + np.array([0.4, 0.1, 0.0, 0.1, 0.0, 0.0]), 0.2, 3),
     }
-    blocks = Spline(point, 1, 0.2), Spline(corner, 2, 0.2), following[ahead]
-    whole = planned(*blocks)
-    begun = plan(ARM, Sequence(blocks[:2], beyond=blocks[2:]), LIMITS, start=START)
-    longer = spliced(begun, 0.5, extended(begun, 0.5, blocks[2]))
+    moves = Spline(point, 1, 0.2), Spline(corner, 2, 0.2), following[ahead]
+    whole = planned(*moves)
+    begun = plan(ARM, Sequence(moves[:2], beyond=moves[2:]), LIMITS, start=START)
+    longer = spliced(begun, 0.5, extended(begun, 0.5, moves[2]))
     assert len(longer.rests) == len(whole.rests) == 2
     known, found = (each.pose(np.linspace(0.0, each.duration_s, 10_001))[:, :3, 3] for each in (whole, longer))
     away = np.linalg.norm(found[::100, None] - known, axis=2).min(axis=1)
@@ -142,10 +142,10 @@ def test_spline_does_not_mind_what_comes_where_that_cannot_be_planned() -> None:
 
 def test_splices_are_the_old_motion_up_to_them_and_the_new_one_behind() -> None:
     """Of motions that are spliced themselves, too, and without what lies before `first`."""
-    blocks = loop(0.1, 0.05, 0.25)
-    whole, at, first = planned(*blocks[:3]), 0.7, 0.4
+    moves = loop(0.1, 0.05, 0.25)
+    whole, at, first = planned(*moves[:3]), 0.7, 0.4
     for number in range(3, 8):
-        onward = extended(whole, at, blocks[number % 4])
+        onward = extended(whole, at, moves[number % 4])
         longer = spliced(whole, at, onward, first)
         before, behind = np.linspace(first, at, 20), np.linspace(0.0, onward.duration_s, 20)
         for value in (Motion.q, Motion.qd, Motion.qdd):
@@ -155,7 +155,7 @@ def test_splices_are_the_old_motion_up_to_them_and_the_new_one_behind() -> None:
         np.testing.assert_allclose(longer.ends, [*ended - first, *onward.ends + at - first], atol=1e-9)
         assert (np.diff(longer.ends) > 0.1).all()
         assert len(longer.rests) == 2
-        borders = [(each.before, each.block) for each in longer.transitions]
+        borders = [(each.before, each.move) for each in longer.transitions]
         assert borders == [(k, k + 1) for k in range(len(longer.ends) - 1)]
         whole, at, first = longer, float(longer.ends[-2]) - 0.1, 0.3
 
@@ -167,7 +167,7 @@ def test_corner_behind_the_old_end_is_a_stop_or_round_as_programmed() -> None:
     assert_same_state(sharp, 0.5, stopped)
     np.testing.assert_allclose(stopped.pose(stopped.rests[1:2])[0, :3, 3], beside(0, 0.2)[:3, 3], atol=1e-6)
     (stop,) = stopped.transitions
-    assert (stop.before, stop.block, stop.passing) == (0, 1, Passing.STOPS)
+    assert (stop.before, stop.move, stop.passing) == (0, 1, Passing.STOPS)
     assert stop.reason == "the path turns by 90.0 deg; there is no round edge"
     rounded = planned(replace(first, round_m=0.02))
     flowing = extended(rounded, 0.5, aside)
@@ -276,7 +276,7 @@ def test_where_another_filter_begins_and_behind_joints_that_go_by_themselves_the
     np.testing.assert_allclose(longer.rests[:2], [0.0, end], atol=1e-9)
     np.testing.assert_allclose(longer.q(np.array(end)), motion.q(np.array(motion.duration_s)), atol=1e-9)
     np.testing.assert_allclose(longer.pose(np.array(longer.duration_s)), beside(0, 0.4), atol=1e-6)
-    stops = [(each.before, each.block, each.reason) for each in longer.transitions]
+    stops = [(each.before, each.move, each.reason) for each in longer.transitions]
     assert stops == ([] if any(filter_s) else [(0, 1, "where joints are not in step each arrives by itself")])
 
 
