@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from cell.config.problem import KeyPath, Problem, Severity, path_text
-from cell.config.yaml_tree import Place, Places, Value, parse
+from cell.config.yaml_tree import LineColumn, Places, Value, parse
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class Document:
         """The file `name`, relative to this one, as absolute path."""
         return Path(os.path.normpath(self.file.parent / name))
 
-    def _place(self, path: KeyPath, at_key: bool) -> Place:
+    def _place(self, path: KeyPath, at_key: bool) -> LineColumn:
         for length in range(len(path), -1, -1):
             places = self.places.get(path[:length])
             if places is not None:
@@ -116,10 +116,10 @@ def read_document(file: Path, named_by: Naming | None = None) -> tuple[Document 
 
 
 @lru_cache(maxsize=32)
-def _parsed(text: str) -> tuple[Value, Mapping[KeyPath, Places], list[tuple[Place, KeyPath, str, str]]]:
+def _parsed(text: str) -> tuple[Value, Mapping[KeyPath, Places], list[tuple[LineColumn, KeyPath, str, str]]]:
     """Value, places and reports of a text. Robots share files, and several checks read each: parsing takes longest."""
     places: dict[KeyPath, Places] = {}
-    reports: list[tuple[Place, KeyPath, str, str]] = []
+    reports: list[tuple[LineColumn, KeyPath, str, str]] = []
     return parse(text, places, lambda *report: reports.append(report)), places, reports
 
 

@@ -17,9 +17,9 @@ from ruamel.yaml.reader import ReaderError
 from cell.config.problem import KeyPath
 
 Value = None | bool | int | float | str | list["Value"] | dict[str, "Value"]
-Place = tuple[int, int]
+LineColumn = tuple[int, int]
 """Line and column, from 1."""
-Report = Callable[[Place, KeyPath, str, str], None]
+Report = Callable[[LineColumn, KeyPath, str, str], None]
 """Takes place, path, found, allowed."""
 
 _CORE = "tag:yaml.org,2002:"
@@ -33,8 +33,8 @@ _SPECIAL = {".inf": math.inf, "+.inf": math.inf, "-.inf": -math.inf, ".nan": mat
 class Places:
     """Where a value stands and, for a value of a mapping, its key; list items have only themselves."""
 
-    key: Place
-    value: Place
+    key: LineColumn
+    value: LineColumn
 
 
 def parse(text: str, places: dict[KeyPath, Places], report: Report) -> Value:
@@ -74,7 +74,7 @@ class _Tree:
         self._report = report
         self._seen: set[int] = set()
 
-    def value(self, node: Node, path: KeyPath, key: Place | None) -> Value:
+    def value(self, node: Node, path: KeyPath, key: LineColumn | None) -> Value:
         place = _place(node.start_mark)
         self._places[path] = Places(key or place, place)
         if id(node) in self._seen:
@@ -135,7 +135,7 @@ class _Tree:
         return written is not None
 
 
-def _place(mark: StreamMark | None) -> Place:
+def _place(mark: StreamMark | None) -> LineColumn:
     return (mark.line + 1, mark.column + 1) if mark is not None else (1, 1)
 
 

@@ -28,7 +28,7 @@ NOTHING = Refusal("", "")
 
 
 @dataclass(slots=True)
-class _Place:
+class _InLine:
     """A robot's place in the line for one zone."""
 
     number: int
@@ -53,7 +53,7 @@ class ZoneTurns:
 
     priorities: Mapping[str, Mapping[str, int]]
     """By zone and robot; 0 where none is given."""
-    _places: dict[tuple[str, str], _Place] = field(default_factory=dict)
+    _places: dict[tuple[str, str], _InLine] = field(default_factory=dict)
     _cycle: int = 0
     _wishes: list[_Wish] = field(default_factory=list)
     _put_off: dict[str, Refusal] = field(default_factory=dict)
@@ -63,7 +63,7 @@ class ZoneTurns:
         """Follow who waits for what, and bring each zone's queue into the order of the wishes."""
         self._cycle += 1
         waiting = [(name, robot) for name, zone in zones.items() for robot in zone.queue if robot != zone.holder]
-        self._places = {place: self._places.get(place) or _Place(self._cycle) for place in waiting}
+        self._places = {place: self._places.get(place) or _InLine(self._cycle) for place in waiting}
         wanted: dict[tuple[str, float], list[str]] = {}
         for name, robot in waiting:
             wanted.setdefault((robot, sights[name][robot].needed_in_s), [])

@@ -29,7 +29,7 @@ class Level(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Refused:
+class NoEntry:
     """Why a request gets nothing."""
 
     status: http.HTTPStatus
@@ -55,21 +55,21 @@ class Gate:
         tokens = {level: secrets.token_urlsafe(24) for level in Level if level <= self.highest}
         object.__setattr__(self, "tokens", tokens)
 
-    def judge(self, path: str, headers: Mapping[str, str], websocket: bool) -> Level | Entered | Refused:
+    def judge(self, path: str, headers: Mapping[str, str], websocket: bool) -> Level | Entered | NoEntry:
         """What a request with these headers, names in lower case, gets: a level, a cookie, or nothing."""
         host = headers.get("host", "")
         if _split(host)[0] not in self.names:
-            return Refused(http.HTTPStatus.FORBIDDEN, "this page is not told under that name")
+            return NoEntry(http.HTTPStatus.FORBIDDEN, "this page is not told under that name")
         origin = headers.get("origin")
         if (websocket or origin is not None) and origin not in (f"http://{host}", f"https://{host}"):
-            return Refused(http.HTTPStatus.FORBIDDEN, "a page of another origin gets nothing here")
+            return NoEntry(http.HTTPStatus.FORBIDDEN, "a page of another origin gets nothing here")
         given = parse_qs(urlsplit(path).query).get("token", [""])[0]
         if level := self._level(given):
             return level if websocket else Entered(self._cookie(level, host))
         if level := self._level(_cookie_of(headers.get("cookie", ""), _cookie_name(host))):
             return level
         text = "open the page by the whole address that cell view has printed, with its token"
-        return Refused(http.HTTPStatus.UNAUTHORIZED, text)
+        return NoEntry(http.HTTPStatus.UNAUTHORIZED, text)
 
     def _level(self, token: str) -> Level | None:
         given = token.encode()

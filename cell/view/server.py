@@ -19,7 +19,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from cell.view.control import Visitor
-from cell.view.gate import Entered, Gate, Level, Refused
+from cell.view.gate import Entered, Gate, Level, NoEntry
 
 Handler = Callable[[ServerConnection], Coroutine[Any, Any, None]]
 _ENTER = b"<!doctype html><meta http-equiv=refresh content='0;url=/'><title>zencell</title>"
@@ -115,7 +115,7 @@ class _Doorway:
 
     def _asked(self, connection: ServerConnection, request: Request, answer: Any) -> Response | None:
         found = self._judged(request)
-        if isinstance(found, Refused):
+        if isinstance(found, NoEntry):
             return _response(found.status, found.text.encode() + b"\n", {})
         if isinstance(found, Entered):
             return _response(http.HTTPStatus.OK, _ENTER, {"Set-Cookie": found.cookie, "Content-Type": "text/html"})
@@ -124,11 +124,11 @@ class _Doorway:
             response.headers.update(_SAFER)
         return response
 
-    def _judged(self, request: Request) -> Level | Entered | Refused:
+    def _judged(self, request: Request) -> Level | Entered | NoEntry:
         pairs = [(name.lower(), value) for name, value in request.headers.raw_items()]
         headers = dict(pairs)
         if any(sum(name == each for name, _ in pairs) > 1 for each in ("host", "origin", "cookie", "upgrade")):
-            return Refused(http.HTTPStatus.BAD_REQUEST, "a header stands there twice")
+            return NoEntry(http.HTTPStatus.BAD_REQUEST, "a header stands there twice")
         return self._gate.judge(request.path, headers, "upgrade" in headers)
 
     def _guarded(self, handler: Handler) -> Handler:

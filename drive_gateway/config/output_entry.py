@@ -11,15 +11,15 @@ from drive_gateway.config.settings import NamedInput, OutputSettings
 LONGEST_LEAD_S = 0.08
 """A block's nominal part is at least 0.1 s long, and an event is told no sooner."""
 
-Place = Annotated[str, Field(min_length=1)]
+Where = Annotated[str, Field(min_length=1)]
 
 
 class OutputEntry(BaseModel):
     """A bit of a drive's 60FEh or of an I/O node that programs can switch where the motion passes a place."""
 
     model_config = STRICT
-    axis: Place | None = Field(default=None, description="the axis whose drive has the output; else `io`")
-    io: Place | None = Field(default=None, description="the I/O node that has the output, one of `io_nodes`")
+    axis: Where | None = Field(default=None, description="the axis whose drive has the output; else `io`")
+    io: Where | None = Field(default=None, description="the I/O node that has the output, one of `io_nodes`")
     bit: int = Field(
         ge=0, le=63, description="bit of 60FEh:01, 0 to 31; of an I/O node from the first bit of its first output byte"
     )
@@ -41,8 +41,8 @@ class InputEntry(BaseModel):
     """A bit of a drive's 60FDh or of an I/O node that is told by its name."""
 
     model_config = STRICT
-    axis: Place | None = Field(default=None, description="the axis whose drive has the input; else `io`")
-    io: Place | None = Field(default=None, description="the I/O node that has the input, one of `io_nodes`")
+    axis: Where | None = Field(default=None, description="the axis whose drive has the input; else `io`")
+    io: Where | None = Field(default=None, description="the I/O node that has the input, one of `io_nodes`")
     bit: int = Field(
         ge=0, le=63, description="bit of 60FDh, 0 to 31; of an I/O node from the first bit of its first input byte"
     )

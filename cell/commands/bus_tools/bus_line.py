@@ -10,7 +10,7 @@ import can
 import canopen
 from canopen.sdo.client import SdoClient
 
-from cell.commands.bus_tools.place import Place
+from cell.commands.bus_tools.place import BusPlace
 from cell.commands.errors import CommandError
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.abort_text import abort_text
@@ -48,11 +48,11 @@ _BY_FUNCTION = {
 Heard = Callable[[int, bytes], None]
 
 
-class Refused(CommandError):
+class NodeRefuses(CommandError):
     """The node refuses an access to one of its objects, with an abort code."""
 
 
-class Silent(CommandError):
+class NodeSilent(CommandError):
     """The node does not answer."""
 
 
@@ -69,7 +69,7 @@ class BusLine:
         CommandError: somebody masters it (on entering).
     """
 
-    def __init__(self, place: Place, instead: str, may_move: bool = False) -> None:
+    def __init__(self, place: BusPlace, instead: str, may_move: bool = False) -> None:
         self._place = place
         self._instead = instead
         self._may_move = may_move
@@ -174,7 +174,7 @@ class BusLine:
         return sorted(found)
 
     def read(self, node_id: int, index: int, sub: int) -> bytes:
-        """Raises `Refused`, `Silent` or `BusError`."""
+        """Raises `NodeRefuses`, `NodeSilent` or `BusError`."""
         return bytes(self._carry_out(node_id, index, sub, read_object))
 
     def write(self, node_id: int, index: int, sub: int, data: bytes) -> None:
@@ -183,12 +183,12 @@ class BusLine:
         self._carry_out(node_id, index, sub, lambda client, *at: write_object(client, at[0], at[1], data))
 
     def statuswords(self, node_id: int) -> list[int]:
-        """Of each axis of a node; none where it is no drive. Raises `Silent` or `BusError`."""
+        """Of each axis of a node; none where it is no drive. Raises `NodeSilent` or `BusError`."""
         words = []
         for axis in range(1, AXES + 1):
             try:
                 words.append(int.from_bytes(self.read(node_id, index_of(STATUSWORD, axis), 0), "little"))
-            except Refused:
+            except NodeRefuses:
                 continue
         return words
 
@@ -229,7 +229,7 @@ class BusLine:
         try:
             return transfer(client, index, sub)
         except canopen.SdoAbortedError as error:
-            raise Refused(f"{name}: {abort_text(error.code)}") from error
+            raise NodeRefuses(f"{name}: {abort_text(error.code)}") from error
         except (can.CanError, OSError) as error:
             self._on_failure(str(error))
             self._refuse_failed_bus()
@@ -238,8 +238,8 @@ class BusLine:
             length = self._malformed.get(node_id)
             if length is not None:
                 found = f"an answer had {length} bytes, allowed are {_ANSWER_BYTES}"
-                raise Silent(f"{name}: {found}", "check the node's firmware") from error
-            raise Silent(
+                raise NodeSilent(f"{name}: {found}", "check the node's firmware") from error
+            raise NodeSilent(
                 f"{name}: {error} within {client.RESPONSE_TIMEOUT:g} s", "check power, wiring, bit rate and Node-ID"
             ) from error
         except Exception as error:  # whatever the library makes of an answer that is none

@@ -5,16 +5,16 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools.bus_line import Silent
+from cell.commands.bus_tools.bus_line import NodeSilent
 from cell.commands.bus_tools.node_access import node_access
-from cell.commands.bus_tools.place import NodeArgument, Place, meant_node
+from cell.commands.bus_tools.place import BusPlace, NodeArgument, meant_node
 from cell.commands.errors import CommandError
 from drive_gateway.canopen.eds_file import is_dcf
 from drive_gateway.config.gateway_objects import said_by
 
 
 def compare(
-    place: Place,
+    place: BusPlace,
     node: NodeArgument,
     dcf: Annotated[
         Path | None, typer.Option("--dcf", metavar="FILE", help="The DCF, instead of the `eds` of the axis.")
@@ -41,7 +41,7 @@ def compare(
         for entry, data in wanted:
             try:
                 found = nodes.read(meant.id, entry.index, entry.sub)
-            except Silent:
+            except NodeSilent:
                 raise
             except CommandError as error:
                 unread += 1

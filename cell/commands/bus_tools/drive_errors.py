@@ -4,10 +4,10 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools.bus_line import Refused
+from cell.commands.bus_tools.bus_line import NodeRefuses
 from cell.commands.bus_tools.drive_tools import MayMoveOption
 from cell.commands.bus_tools.node_access import NodeAccess, node_access
-from cell.commands.bus_tools.place import NodeArgument, Place, meant_node
+from cell.commands.bus_tools.place import BusPlace, NodeArgument, meant_node
 from cell.commands.errors import CommandError
 from drive_gateway.canopen.emcy import emergency_of
 
@@ -17,7 +17,7 @@ _REGISTER_BITS = ("generic", "current", "voltage", "temperature", "communication
 
 
 def errors(
-    place: Place,
+    place: BusPlace,
     node: NodeArgument,
     clear: Annotated[bool, typer.Option("--clear", help="Then delete the history; no fault is reset by it.")] = False,
     may_move: MayMoveOption = False,
@@ -46,7 +46,7 @@ def errors(
 def _length(nodes: NodeAccess, node_id: int) -> int:
     try:
         count = _number(nodes.read(node_id, _HISTORY, 0))
-    except Refused as error:
+    except NodeRefuses as error:
         raise CommandError(f"the node keeps no error history: {error.what}") from error
     if not count:
         print("its history is empty")

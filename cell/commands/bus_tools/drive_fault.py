@@ -5,13 +5,13 @@ from typing import Annotated
 import typer
 
 from cell.commands.bus_tools.node_access import running_gateway
-from cell.commands.bus_tools.place import NodeArgument, Place, meant_node, number_text
+from cell.commands.bus_tools.place import BusPlace, NodeArgument, meant_node, number_text
 from cell.commands.errors import CommandError
 from cell.messages.drive_fault import NEEDS_VALUE, Fault, FaultDrive
 
 
 def fault(
-    place: Place,
+    place: BusPlace,
     node: NodeArgument,
     kind: Annotated[Fault, typer.Argument(metavar="FAULT", help=", ".join(Fault) + ".")],
     value: Annotated[

@@ -6,13 +6,13 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools.bus_line import BusLine, Refused, Silent
+from cell.commands.bus_tools.bus_line import BusLine, NodeRefuses, NodeSilent
 from cell.commands.bus_tools.node_access import gateways_way, node_access, running_gateway
 from cell.commands.bus_tools.place import (
+    BusPlace,
     EdsOption,
     MeantNode,
     NodeArgument,
-    Place,
     meant_node,
     number_text,
     refuse_virtual,
@@ -47,7 +47,7 @@ class Parameters(Enum):
 ParametersOption = Annotated[Parameters, typer.Option("--parameters", "-p", help="Which of them.")]
 
 
-def scan(place: Place) -> None:
+def scan(place: BusPlace) -> None:
     """Show every node on a bus, also those that no file names.
 
     A running gateway is asked: it knows the state of its drives, and the device type of other nodes. Where none runs
@@ -72,7 +72,7 @@ def scan(place: Place) -> None:
         raise CommandError(f"no answer from {', '.join(silent)}", "check power, wiring, bit rate and Node-ID")
 
 
-def _who(place: Place, node: int) -> str:
+def _who(place: BusPlace, node: int) -> str:
     named = place.drives is None or node in place.node_ids
     return place.label(node) if named else f"node {node} (not in the drives file)"
 
@@ -86,12 +86,12 @@ def _described(bus: BusLine, node: int) -> str:
 def _number(bus: BusLine, node: int, index: int, sub: int) -> str:
     try:
         return bus.read(node, index, sub)[::-1].hex().upper() + "h"
-    except Refused:
+    except NodeRefuses:
         return "unknown"
 
 
 def read(
-    place: Place,
+    place: BusPlace,
     node: NodeArgument,
     item: Annotated[
         str | None,
@@ -114,7 +114,7 @@ def read(
         for entry in wanted:
             try:
                 value = entry.show(nodes.read(meant.id, entry.index, entry.sub))
-            except Silent:
+            except NodeSilent:
                 raise
             except CommandError as error:
                 if item is not None:
@@ -123,7 +123,7 @@ def read(
             print(f"{entry.address}  {entry.name}: {value}")
 
 
-def _read_to_file(place: Place, meant: MeantNode, entry: ObjectEntry, output: Path) -> None:
+def _read_to_file(place: BusPlace, meant: MeantNode, entry: ObjectEntry, output: Path) -> None:
     with node_access(place, "read") as nodes:
         data = nodes.read(meant.id, entry.index, entry.sub)
     try:
@@ -134,7 +134,7 @@ def _read_to_file(place: Place, meant: MeantNode, entry: ObjectEntry, output: Pa
 
 
 def write(
-    place: Place,
+    place: BusPlace,
     node: NodeArgument,
     item: Annotated[str, typer.Argument(metavar="INDEX:SUB", help="In hex, such as 6081:00, or the object's name.")],
     value: Annotated[
@@ -189,7 +189,7 @@ def _file_bytes(name: str) -> bytes:
 
 
 def store(
-    place: Place,
+    place: BusPlace,
     node: NodeArgument,
     parameters: ParametersOption = Parameters.ALL,
     may_move: MayMoveOption = False,
@@ -205,7 +205,7 @@ def store(
 
 
 def restore(
-    place: Place,
+    place: BusPlace,
     node: NodeArgument,
     parameters: ParametersOption = Parameters.ALL,
     may_move: MayMoveOption = False,
@@ -222,7 +222,7 @@ def restore(
 
 
 def log(
-    place: Place,
+    place: BusPlace,
     target: Annotated[
         Path, typer.Argument(metavar="LOG", help=f"File to write: {', '.join(FORMATS)} (candump, ASC, BLF).")
     ],

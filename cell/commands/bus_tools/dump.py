@@ -12,7 +12,7 @@ import can
 import typer
 
 from cell.commands.bus_tools.frame_text import FrameReader, Kind
-from cell.commands.bus_tools.place import Place
+from cell.commands.bus_tools.place import BusPlace
 from cell.commands.errors import CommandError
 from cell.commands.processes.stop import stop_event
 from drive_gateway.canopen.frame import CanFrame
@@ -24,7 +24,7 @@ _POLL_S = 0.1
 
 
 def dump(
-    place: Place,
+    place: BusPlace,
     node: Annotated[
         list[int] | None, typer.Option("--node", "-n", min=1, max=127, help="Frames of this node only; repeatable.")
     ] = None,
@@ -67,7 +67,7 @@ def dump(
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _of_bus(place: Place, seconds: float | None) -> Iterator[can.Message]:
+def _of_bus(place: BusPlace, seconds: float | None) -> Iterator[can.Message]:
     """What comes on the bus. Raises `BusError`."""
     if place.in_one_process:
         raise CommandError(
@@ -79,7 +79,7 @@ def _of_bus(place: Place, seconds: float | None) -> Iterator[can.Message]:
         yield from _received(bus, place, stop, seconds)
 
 
-def _received(bus: can.BusABC, place: Place, stop: Event, seconds: float | None) -> Iterator[can.Message]:
+def _received(bus: can.BusABC, place: BusPlace, stop: Event, seconds: float | None) -> Iterator[can.Message]:
     end = None if seconds is None else time.monotonic() + seconds
     while not stop.is_set() and (end is None or time.monotonic() < end):
         try:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from cell.commands.bus_tools.place import Place, io_eds
+from cell.commands.bus_tools.place import BusPlace, io_eds
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.abort_text import abort_text
 from drive_gateway.canopen.axis_objects import first_axis_index
@@ -50,7 +50,7 @@ class FrameText:
 class FrameReader:
     """Keeps which object each node was asked for, so that the segments of its answer can be named."""
 
-    def __init__(self, place: Place) -> None:
+    def __init__(self, place: BusPlace) -> None:
         self._place = place
         self._eds: dict[int, Eds] = {}
         self._emergencies = {axis.node_id: axis.emergencies for _, axis in place.axes}

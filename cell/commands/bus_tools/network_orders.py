@@ -6,10 +6,10 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools.bus_line import BusLine, Silent
+from cell.commands.bus_tools.bus_line import BusLine, NodeSilent
 from cell.commands.bus_tools.drive_tools import MayMoveOption
 from cell.commands.bus_tools.node_access import bus_alone
-from cell.commands.bus_tools.place import Place, meant_node
+from cell.commands.bus_tools.place import BusPlace, meant_node
 from cell.commands.errors import CommandError
 from drive_gateway.canopen import cob_id
 from drive_gateway.canopen.nmt import NmtCommand, NmtState, decode_heartbeat, nmt_frame
@@ -39,7 +39,7 @@ _TAKES_TORQUE = (NetworkOrder.STOP, NetworkOrder.RESET_NODE, NetworkOrder.RESET_
 
 
 def nmt(
-    place: Place,
+    place: BusPlace,
     node: Annotated[str, typer.Argument(metavar="NODE", help=f"Node-ID, ROBOT.AXIS such as left.J1, or {EVERY}.")],
     order: Annotated[NetworkOrder, typer.Argument(metavar="ORDER", help=", ".join(NetworkOrder) + ".")],
     may_move: MayMoveOption = False,
@@ -73,14 +73,16 @@ def nmt(
 def _refuse_torque(bus: BusLine, node: int, order: NetworkOrder) -> None:
     try:
         bus.refuse_torque(node, f"NMT {order}")
-    except Silent as error:
+    except NodeSilent as error:
         raise CommandError(
             f"node {node} does not tell whether it has torque ({error.what}); NMT {order} is refused",
             "order it pre-operational first, for a stopped node answers nothing; or add --may-move",
         ) from error
 
 
-def _carry_out(bus: BusLine, addressed: int, order: NetworkOrder, nodes: list[int], place: Place) -> list[int] | None:
+def _carry_out(
+    bus: BusLine, addressed: int, order: NetworkOrder, nodes: list[int], place: BusPlace
+) -> list[int] | None:
     """Send the order; answers which of the nodes did not confirm it, `None` where nobody at all is known."""
     command, shown = _ORDERS[order]
     open_, confirmed, done = {*nodes}, set[int](), threading.Event()

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from typing import Protocol
 
 from cell.commands.bus_tools.bus_line import BusLine
-from cell.commands.bus_tools.place import Place, refuse_virtual
+from cell.commands.bus_tools.place import BusPlace, refuse_virtual
 from cell.commands.client.cell_view import POLL_S, echo
 from cell.commands.client.connection import client_session
 from cell.commands.errors import CommandError
@@ -73,7 +73,7 @@ class GatewayLine:
 
 
 @contextmanager
-def running_gateway(place: Place) -> Iterator[GatewayLine | None]:
+def running_gateway(place: BusPlace) -> Iterator[GatewayLine | None]:
     """The gateway of a cell file at its endpoint; `None` when nobody answers there, or no cell file was named."""
     if place.cell is None or place.drives is None:
         yield None
@@ -88,13 +88,13 @@ def running_gateway(place: Place) -> Iterator[GatewayLine | None]:
         yield GatewayLine(session, gateway)
 
 
-def gateways_way(place: Place, command: str) -> str:
+def gateways_way(place: BusPlace, command: str) -> str:
     """How the gateway of a cell does what a tool does."""
     return f"where a cell runs, let its gateway do it: {place.command(command, '...')}"
 
 
 @contextmanager
-def node_access(place: Place, command: str, may_move: bool = False) -> Iterator[NodeAccess]:
+def node_access(place: BusPlace, command: str, may_move: bool = False) -> Iterator[NodeAccess]:
     """The nodes of a bus, whichever way they can be reached; `command`: the tool's word, for a refusal."""
     with ExitStack() as stack:
         line = stack.enter_context(running_gateway(place))
@@ -106,7 +106,7 @@ def node_access(place: Place, command: str, may_move: bool = False) -> Iterator[
 
 
 @contextmanager
-def bus_alone(place: Place, instead: str, may_move: bool = False) -> Iterator[BusLine]:
+def bus_alone(place: BusPlace, instead: str, may_move: bool = False) -> Iterator[BusLine]:
     """The bus itself, for what only its master may do. Raises `CommandError` while its gateway runs."""
     with running_gateway(place) as line:
         if line is not None and place.drives is not None:

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 import typer
 from canopen import lss
 
-from cell.commands.bus_tools.bus_line import BusLine, Refused, Silent
+from cell.commands.bus_tools.bus_line import BusLine, NodeRefuses, NodeSilent
 from cell.commands.bus_tools.drive_tools import MayMoveOption
 from cell.commands.bus_tools.node_access import bus_alone
-from cell.commands.bus_tools.place import Place
+from cell.commands.bus_tools.place import BusPlace
 from cell.commands.errors import CommandError
 
 GATHER_S = 0.3
@@ -30,7 +30,7 @@ _REFUSALS = {
 
 
 def node_id(
-    place: Place,
+    place: BusPlace,
     new: Annotated[int | None, typer.Argument(metavar="NEW", help="Node-ID to give it, 1 to 127.")] = None,
     vendor: Annotated[str | None, typer.Option(metavar="NUMBER", help="1018h:01 of the node that is meant.")] = None,
     product: Annotated[str | None, typer.Option(metavar="NUMBER", help="1018h:02.")] = None,
@@ -80,12 +80,12 @@ def _address(numbers: dict[str, str | None]) -> list[int] | None:
     return found
 
 
-def _refuse_taken(bus: BusLine, place: Place, new: int) -> None:
+def _refuse_taken(bus: BusLine, place: BusPlace, new: int) -> None:
     try:
         bus.read(new, 0x1000, 0)
-    except Silent:
+    except NodeSilent:
         return
-    except Refused:
+    except NodeRefuses:
         pass
     raise CommandError(f"{place.label(new)} answers already", "no two nodes of a bus may have one Node-ID")
 

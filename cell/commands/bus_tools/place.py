@@ -67,7 +67,7 @@ EdsOption = Annotated[
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class BusPlace:
     """One CAN bus, and what files say of it."""
 
     bus: BusSettings
@@ -143,7 +143,7 @@ class MeantNode:
         return [entry for entry in entries if entry.sub <= longest.get(entry.index, entry.sub)]
 
 
-def meant_node(place: Place, text: str, eds: Path | None = None) -> MeantNode:
+def meant_node(place: BusPlace, text: str, eds: Path | None = None) -> MeantNode:
     """The node that a Node-ID, `ROBOT.AXIS` or the name of an I/O node means.
 
     Raises `CommandError`, and `EdsError` for its file.
@@ -178,7 +178,7 @@ def _longest(io: IoSettings) -> dict[int, int]:
 
 def place_of(
     file: Path | None, gateway: str | None, interface: str | None, channel: str | None, bitrate: int | None
-) -> Place:
+) -> BusPlace:
     """The bus that a command line names.
 
     Raises:
@@ -189,17 +189,17 @@ def place_of(
         if channel is None:
             found = "no bus is named" if interface is None else f"--interface {interface} without --channel"
             raise CommandError(found, _NAME_A_BUS, 2)
-        return Place(BusSettings(interface or "socketcan", channel, bitrate or BITRATE, {}))
+        return BusPlace(BusSettings(interface or "socketcan", channel, bitrate or BITRATE, {}))
     if bitrate is not None:
         raise CommandError("--bitrate beside a file, which says it", "leave it out, or name the bus by --channel", 2)
     if gateway is None:
         drives = _drives_alone(file)
-        return Place(drives.bus, drives, file)
+        return BusPlace(drives.bus, drives, file)
     cell = running_cell(file)
     if gateway not in cell.gateways:
         raise CommandError(f"no gateway {gateway!r} in {file}; its gateways are: {names(cell.gateways)}")
     drives = load_drives(cell.gateways[gateway].drives, gateway)
-    return Place(drives.bus, drives, file, cell)
+    return BusPlace(drives.bus, drives, file, cell)
 
 
 def _drives_alone(file: Path) -> GatewaySettings:
@@ -297,7 +297,7 @@ def number_text(text: str) -> str:
     return text.replace(_MINUS, "-", 1) if text.startswith(_MINUS) else text
 
 
-def refuse_virtual(place: Place) -> None:
+def refuse_virtual(place: BusPlace) -> None:
     """A virtual bus cannot be opened from here: it lives in its gateway's process."""
     if not place.in_one_process:
         return

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from cell.commands.bus_tools.place import Place, io_eds, meant_node
+from cell.commands.bus_tools.place import BusPlace, io_eds, meant_node
 from cell.commands.errors import CommandError
 from cell.config.problem import refuses
 from drive_gateway.canopen.eds import Eds
@@ -31,7 +31,7 @@ CIA_301 = {
 
 
 def plan(
-    place: Place,
+    place: BusPlace,
     node: Annotated[
         str | None, typer.Argument(metavar="NODE", help="Node-ID, or ROBOT.AXIS; every node without it.")
     ] = None,
@@ -54,7 +54,7 @@ def plan(
             print("  NMT start")
 
 
-def _steps(place: Place, settings: GatewaySettings, node_id: int) -> tuple[list[Step], Eds]:
+def _steps(place: BusPlace, settings: GatewaySettings, node_id: int) -> tuple[list[Step], Eds]:
     """All requests to a node, and the names of its objects."""
     io = next((io for io in place.io_nodes if io.node_id == node_id), None)
     if io is not None:

@@ -15,7 +15,7 @@ from cell.messages.drives import PlayoutState
 from cell.messages.setpoints import SetpointBlock
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import AxisSettings
-from drive_gateway.gateway.playout.joining import Before, JoinRules, Refusal, Refused
+from drive_gateway.gateway.playout.joining import Before, JoinRule, JoinRules, RefusedBlock
 from drive_gateway.gateway.playout.outputs import Outputs
 
 Floats = NDArray[np.float64]
@@ -36,7 +36,7 @@ class Ignored:
     """The drives are off or stopping: nothing is played, the block only shows that its sender lives."""
 
 
-Outcome = Accepted | Refused | Ignored
+Outcome = Accepted | RefusedBlock | Ignored
 
 
 class _Mode(Enum):
@@ -204,18 +204,20 @@ class Playout:
         row = self._row(self.tick)
         return self._position[row], self._velocity[row]
 
-    def _address_problem(self, block: SetpointBlock) -> Refused | None:
+    def _address_problem(self, block: SetpointBlock) -> RefusedBlock | None:
         if self.closing:
-            return Refused(Refusal.CLOSING, "the gateway is being stopped")
+            return RefusedBlock(JoinRule.CLOSING, "the gateway is being stopped")
         if not self._owned(block):
             present = f"the present owner is {self.owner}" if self.owner else "nobody owns the robot"
-            return Refused(Refusal.OWNER, f"owner {block.owner}; {present}")
+            return RefusedBlock(JoinRule.OWNER, f"owner {block.owner}; {present}")
         if block.sequence <= self.block:
-            return Refused(Refusal.SEQUENCE, f"sequence {block.sequence}; block {self.block} was already accepted")
+            return RefusedBlock(
+                JoinRule.SEQUENCE, f"sequence {block.sequence}; block {self.block} was already accepted"
+            )
         if block.first_tick <= self.tick:
-            return Refused(Refusal.LATE, f"first tick {block.first_tick}; tick {self.tick} was already sent")
+            return RefusedBlock(JoinRule.LATE, f"first tick {block.first_tick}; tick {self.tick} was already sent")
         if block.first_tick > self.tick + self._rules.longest:
-            return Refused(Refusal.FAR, f"first tick {block.first_tick}; tick {self.tick} is far before it")
+            return RefusedBlock(JoinRule.FAR, f"first tick {block.first_tick}; tick {self.tick} is far before it")
         return None
 
     def _owned(self, block: SetpointBlock) -> bool:

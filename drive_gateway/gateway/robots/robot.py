@@ -18,7 +18,7 @@ from cell.net.freshness import Sent
 from drive_gateway.config.settings import GatewaySettings, RobotDrives
 from drive_gateway.gateway.event_log import EventLog
 from drive_gateway.gateway.io.io_node import IoNode
-from drive_gateway.gateway.playout.joining import Refusal, Refused
+from drive_gateway.gateway.playout.joining import JoinRule, RefusedBlock
 from drive_gateway.gateway.reference.encoder_record import EncoderRecord
 from drive_gateway.gateway.robots.claims import ClaimBook, ClaimRefused
 from drive_gateway.gateway.robots.group import DriveGroup, Then
@@ -27,7 +27,7 @@ from drive_gateway.gateway.robots.permits import StopOrder
 from drive_gateway.gateway.robots.setup_plan import SetupCall, planned
 from drive_gateway.gateway.watch.measurement import Floats
 
-HARMLESS = frozenset({Refusal.LATE, Refusal.POSITION, Refusal.VELOCITY, Refusal.CLOSING})
+HARMLESS = frozenset({JoinRule.LATE, JoinRule.POSITION, JoinRule.VELOCITY, JoinRule.CLOSING})
 """What a busy computer or a lost block brings about: the queue plays on, and the agent's next block joins it."""
 MANY = 100
 """So many harmless refusals, of the some 500 blocks that come meanwhile, are worth a warning."""
@@ -64,11 +64,11 @@ class Robot:
     def offer(self, block: SetpointBlock, now: float) -> None:
         """A block from somebody who says to be the owner."""
         outcome = self.group.playout.offer(block)
-        self.claims.sent(block, now, accepted=not isinstance(outcome, Refused))
-        if isinstance(outcome, Refused):
+        self.claims.sent(block, now, accepted=not isinstance(outcome, RefusedBlock))
+        if isinstance(outcome, RefusedBlock):
             self._refused(block, outcome, now)
 
-    def _refused(self, block: SetpointBlock, outcome: Refused, now: float) -> None:
+    def _refused(self, block: SetpointBlock, outcome: RefusedBlock, now: float) -> None:
         text = f"{self.name}: block {block.sequence} refused ({outcome.reason.value}): {outcome.text}"
         about = self.name, outcome.reason
         if outcome.reason in HARMLESS:

@@ -5,7 +5,7 @@ import http
 import pytest
 
 from cell.view.control import Control, Visitor
-from cell.view.gate import Entered, Gate, Level, Refused
+from cell.view.gate import Entered, Gate, Level, NoEntry
 
 HOST = "127.0.0.1:8080"
 NAMES = ("127.0.0.1", "localhost", "::1")
@@ -41,7 +41,7 @@ def test_the_cookie_is_for_this_site_alone_and_no_script_reads_it(gate: Gate) ->
 def test_without_a_token_there_is_nothing(gate: Gate) -> None:
     for path in ("/", "/?token=", "/?token=guess", "/index.html", "/?token=%ff%fe"):
         found = gate.judge(path, {"host": HOST}, False)
-        assert isinstance(found, Refused)
+        assert isinstance(found, NoEntry)
         assert found.status == http.HTTPStatus.UNAUTHORIZED
         assert "whole address" in found.text
 
@@ -54,17 +54,17 @@ def test_a_page_of_another_origin_gets_nothing_though_it_has_the_cookie(
     gate: Gate, origin: str, websocket: bool
 ) -> None:
     headers = {**entered(gate, Level.OPERATE), "origin": origin}
-    assert isinstance(gate.judge("/", headers, websocket), Refused)
+    assert isinstance(gate.judge("/", headers, websocket), NoEntry)
 
 
 def test_a_websocket_that_names_no_origin_gets_nothing(gate: Gate) -> None:
-    assert isinstance(gate.judge("/", entered(gate, Level.OPERATE), True), Refused)
+    assert isinstance(gate.judge("/", entered(gate, Level.OPERATE), True), NoEntry)
 
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:8080", "", "127.0.0.1.evil.example", "[::2]", "["])
 def test_a_foreign_name_that_leads_here_gets_nothing(gate: Gate, host: str) -> None:
     headers = {**entered(gate, Level.OPERATE), "host": host, "origin": f"http://{host}"}
-    assert isinstance(gate.judge("/", headers, True), Refused)
+    assert isinstance(gate.judge("/", headers, True), NoEntry)
 
 
 def test_levels_above_the_highest_have_no_token() -> None:

@@ -8,14 +8,14 @@ import can
 import pytest
 
 from cell.commands.bus_tools.bus_line import BusLine
-from cell.commands.bus_tools.place import Place
+from cell.commands.bus_tools.place import BusPlace
 from cell.commands.errors import CommandError
 from drive_gateway.config.settings import BusSettings
 
 
 @pytest.fixture
-def bus(request: pytest.FixtureRequest) -> Iterator[tuple[Place, can.BusABC]]:
-    place = Place(BusSettings("virtual", request.node.name, 1_000_000, {}))
+def bus(request: pytest.FixtureRequest) -> Iterator[tuple[BusPlace, can.BusABC]]:
+    place = BusPlace(BusSettings("virtual", request.node.name, 1_000_000, {}))
     with can.Bus(interface="virtual", channel=request.node.name) as peer:
         yield place, peer
 
@@ -37,7 +37,7 @@ def repeat(peer: can.BusABC, number: int, end: threading.Event) -> None:
     ],
 )
 def test_where_a_master_is_heard_nothing_is_sent_though_no_gateway_answers(
-    bus: tuple[Place, can.BusABC], number: int, what: str
+    bus: tuple[BusPlace, can.BusABC], number: int, what: str
 ) -> None:
     place, peer = bus
     end = threading.Event()
@@ -56,7 +56,7 @@ def test_where_a_master_is_heard_nothing_is_sent_though_no_gateway_answers(
     assert peer.recv(0.0) is None
 
 
-def test_what_nodes_say_by_themselves_is_no_master(bus: tuple[Place, can.BusABC]) -> None:
+def test_what_nodes_say_by_themselves_is_no_master(bus: tuple[BusPlace, can.BusABC]) -> None:
     place, peer = bus
     for number in (0x181, 0x081, 0x701, 0x581):
         peer.send(can.Message(arbitration_id=number, data=b"\5", is_extended_id=False))

@@ -9,7 +9,7 @@ import pytest
 
 from cell.commands.bus_tools import dump
 from cell.commands.bus_tools.frame_text import FrameReader, Kind
-from cell.commands.bus_tools.place import Place, place_of
+from cell.commands.bus_tools.place import BusPlace, place_of
 from drive_gateway.canopen.frame import CanFrame
 from drive_gateway.config.settings import BusSettings
 from tests.unit.bus_tool_world import DEADLINE_S, ToolBus, sending, tool_bus
@@ -17,7 +17,7 @@ from tests.unit.config_world import DRIVES, TWO_ARMS, Copy
 
 __all__ = ["tool_bus"]
 
-PLAIN = FrameReader(Place(BusSettings("virtual", "x", 1_000_000, {})))
+PLAIN = FrameReader(BusPlace(BusSettings("virtual", "x", 1_000_000, {})))
 LEFT = FrameReader(place_of(TWO_ARMS.parent / "left_drives.yaml", None, None, None, None))
 
 

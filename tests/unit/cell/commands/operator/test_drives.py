@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from cell.commands import drive_gateway_command
 from cell.commands.bus_tools import drive_tools
 from cell.commands.bus_tools.node_access import NodeAccess
-from cell.commands.bus_tools.place import Place, meant_node, place_of
+from cell.commands.bus_tools.place import BusPlace, meant_node, place_of
 from cell.commands.client.cell_view import Snapshot
 from cell.commands.errors import CommandError
 from cell.commands.operator.drives import drives_table
@@ -64,7 +64,7 @@ def test_an_io_node_is_a_row_with_its_outputs_and_inputs_stand_below() -> None:
 def test_an_io_node_is_known_by_its_name_and_its_number_with_the_objects_that_it_has() -> None:
     drives = load_drives(TWO_ARMS.parent / "left_drives.yaml", "left_bus")
     drives = replace(drives, io_nodes=(IoSettings("coupler", 20, input_bytes=1, output_bytes=0),))
-    place = Place(drives.bus, drives)
+    place = BusPlace(drives.bus, drives)
     for name in ("coupler", "20"):
         named = meant_node(place, name)
         assert (named.id, named.axis, named.label) == (20, 1, "node 20 (I/O coupler)")

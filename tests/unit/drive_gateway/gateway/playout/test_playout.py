@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cell.messages import PlayoutState, SetpointBlock
-from drive_gateway.gateway.playout.joining import Refusal, Refused
+from drive_gateway.gateway.playout.joining import JoinRule, RefusedBlock
 from drive_gateway.gateway.playout.playout import Accepted, Ignored, Playout
 from tests.unit.gateway_world import CYCLE_S, axis, block, s_motion
 
@@ -26,9 +26,9 @@ def move(first_tick: int, sequence: int = 1, distance: float = 0.2, duration_s: 
     return block(7, sequence, first_tick, START + position, velocity)
 
 
-def refusal(playout: Playout, offered: SetpointBlock) -> Refusal:
+def refusal(playout: Playout, offered: SetpointBlock) -> JoinRule:
     outcome = playout.offer(offered)
-    assert isinstance(outcome, Refused), outcome
+    assert isinstance(outcome, RefusedBlock), outcome
     return outcome.reason
 
 
@@ -130,31 +130,37 @@ BROKEN[5, 0] = np.nan
 SURGE = GOOD.velocity.copy()
 SURGE[50, 1] += 0.5
 REFUSED = {
-    "another owner": (changed(GOOD, owner=8), Refusal.OWNER),
-    "an old sequence": (changed(GOOD, sequence=0), Refusal.SEQUENCE),
-    "a tick that was sent": (changed(GOOD, first_tick=100), Refusal.LATE),
-    "a tick far ahead": (changed(GOOD, first_tick=100_000), Refusal.FAR),
-    "another cycle": (changed(GOOD, dt_s=0.002), Refusal.CYCLE),
-    "no cycle": (changed(GOOD, dt_s=float("nan")), Refusal.CYCLE),
-    "a velocity of another motion": (changed(GOOD, velocity=SURGE), Refusal.VALUES),
-    "an axis too few": (changed(GOOD, position=GOOD.position[:, :1], velocity=GOOD.velocity[:, :1]), Refusal.SHAPE),
-    "no samples": (changed(GOOD, position=GOOD.position[:0], velocity=GOOD.velocity[:0], nominal=0), Refusal.SHAPE),
-    "a sample that is no number": (changed(GOOD, position=BROKEN), Refusal.VALUES),
-    "a position beyond the counts": (changed(GOOD, position=GOOD.position + 1e6), Refusal.RANGE),
-    "a start beside the queue": (changed(GOOD, position=GOOD.position + 1e-5), Refusal.POSITION),
-    "a start with a speed": (changed(GOOD, velocity=GOOD.velocity + 1e-3), Refusal.VELOCITY),
-    "a jump inside": (changed(GOOD, position=JUMP), Refusal.ACCELERATION),
+    "another owner": (changed(GOOD, owner=8), JoinRule.OWNER),
+    "an old sequence": (changed(GOOD, sequence=0), JoinRule.SEQUENCE),
+    "a tick that was sent": (changed(GOOD, first_tick=100), JoinRule.LATE),
+    "a tick far ahead": (changed(GOOD, first_tick=100_000), JoinRule.FAR),
+    "another cycle": (changed(GOOD, dt_s=0.002), JoinRule.CYCLE),
+    "no cycle": (changed(GOOD, dt_s=float("nan")), JoinRule.CYCLE),
+    "a velocity of another motion": (changed(GOOD, velocity=SURGE), JoinRule.VALUES),
+    "an axis too few": (
+        changed(GOOD, position=GOOD.position[:, :1], velocity=GOOD.velocity[:, :1]),
+        JoinRule.SHAPE,
+    ),
+    "no samples": (
+        changed(GOOD, position=GOOD.position[:0], velocity=GOOD.velocity[:0], nominal=0),
+        JoinRule.SHAPE,
+    ),
+    "a sample that is no number": (changed(GOOD, position=BROKEN), JoinRule.VALUES),
+    "a position beyond the counts": (changed(GOOD, position=GOOD.position + 1e6), JoinRule.RANGE),
+    "a start beside the queue": (changed(GOOD, position=GOOD.position + 1e-5), JoinRule.POSITION),
+    "a start with a speed": (changed(GOOD, velocity=GOOD.velocity + 1e-3), JoinRule.VELOCITY),
+    "a jump inside": (changed(GOOD, position=JUMP), JoinRule.ACCELERATION),
     "an end in motion": (
         changed(GOOD, position=GOOD.position[:50], velocity=GOOD.velocity[:50], nominal=50),
-        Refusal.END,
+        JoinRule.END,
     ),
     "an end that only claims to rest": (
         changed(
             GOOD, position=GOOD.position[:50], velocity=GOOD.velocity[:50] * np.linspace(1, 0, 50)[:, None], nominal=9
         ),
-        Refusal.END,
+        JoinRule.END,
     ),
-    "too much speed": (move(103, distance=4.0, duration_s=1.5), Refusal.SPEED),
+    "too much speed": (move(103, distance=4.0, duration_s=1.5), JoinRule.SPEED),
 }
 
 
@@ -170,13 +176,13 @@ def test_a_block_is_refused_whole_and_the_old_one_plays_on(what: str) -> None:
 def test_a_robot_that_nobody_owns_takes_no_motion_from_anybody() -> None:
     playout = live_playout()
     playout.own(0)
-    assert {refusal(playout, changed(GOOD, owner=owner)) for owner in (0, 7)} == {Refusal.OWNER}
+    assert {refusal(playout, changed(GOOD, owner=owner)) for owner in (0, 7)} == {JoinRule.OWNER}
 
 
 def test_a_closing_gateway_takes_no_new_motion() -> None:
     playout = live_playout()
     playout.closing = True
-    assert refusal(playout, GOOD) is Refusal.CLOSING
+    assert refusal(playout, GOOD) is JoinRule.CLOSING
 
 
 def test_a_new_owner_begins_its_own_sequence_at_the_commanded_position() -> None:

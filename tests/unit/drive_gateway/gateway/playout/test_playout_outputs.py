@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cell.messages import OutputEvent, SetpointBlock
 from cell.messages.setpoints import MOST_EVENTS
 from drive_gateway.config.settings import OutputSettings
-from drive_gateway.gateway.playout.joining import Refusal, Refused
+from drive_gateway.gateway.playout.joining import JoinRule, RefusedBlock
 from drive_gateway.gateway.playout.outputs import Outputs
 from drive_gateway.gateway.playout.playout import Accepted, Playout
 from tests.unit.gateway_world import CYCLE_S, axis, block
@@ -131,8 +131,8 @@ def test_each_owner_counts_its_own_events() -> None:
 def test_a_block_whose_events_break_a_rule_is_refused_whole(events: tuple[OutputEvent, ...]) -> None:
     playout, outputs = live_playout()
     outcome = playout.offer(hold(1, 102, *events))
-    assert isinstance(outcome, Refused)
-    assert outcome.reason is Refusal.EVENTS
+    assert isinstance(outcome, RefusedBlock)
+    assert outcome.reason is JoinRule.EVENTS
     play_to(playout, 140)
     assert (outputs.on, playout.accepted) == (0, 0)
 

@@ -9,7 +9,7 @@ import pytest
 from cell.messages import SetpointBlock
 from drive_gateway.cia402.units import AxisUnits
 from drive_gateway.config.settings import TorqueSettings
-from drive_gateway.gateway.playout.joining import Refusal, Refused
+from drive_gateway.gateway.playout.joining import JoinRule, RefusedBlock
 from drive_gateway.gateway.playout.playout import Accepted, Ignored, Playout
 from tests.unit.gateway_world import CYCLE_S, axis, block, s_motion
 
@@ -95,17 +95,17 @@ def test_a_block_without_torques_leaves_all_to_the_drives() -> None:
 @pytest.mark.parametrize(
     ("torque", "reason", "text"),
     [
-        (np.zeros((3, 2)), Refusal.SHAPE, "torque (3, 2)"),
-        (np.array([3300.0, 0.0]), Refusal.TORQUE, "axis J1 has a torque beyond 3277 Nm or N"),
-        (np.array([np.nan, 0.0]), Refusal.TORQUE, "axis J1 has a torque beyond 3277 Nm or N"),
-        (np.array([0.0, np.inf]), Refusal.TORQUE, "axis J2 has a torque beyond"),
+        (np.zeros((3, 2)), JoinRule.SHAPE, "torque (3, 2)"),
+        (np.array([3300.0, 0.0]), JoinRule.TORQUE, "axis J1 has a torque beyond 3277 Nm or N"),
+        (np.array([np.nan, 0.0]), JoinRule.TORQUE, "axis J1 has a torque beyond 3277 Nm or N"),
+        (np.array([0.0, np.inf]), JoinRule.TORQUE, "axis J2 has a torque beyond"),
     ],
 )
-def test_a_torque_that_no_drive_can_be_told_is_refused(torque: np.ndarray, reason: Refusal, text: str) -> None:
+def test_a_torque_that_no_drive_can_be_told_is_refused(torque: np.ndarray, reason: JoinRule, text: str) -> None:
     offered = move()
     whole = torque if torque.ndim == 2 else np.tile(torque, (len(offered.position), 1))
     outcome = live().offer(replace(offered, torque=whole))
-    assert isinstance(outcome, Refused)
+    assert isinstance(outcome, RefusedBlock)
     assert outcome.reason is reason
     assert text in outcome.text
 
