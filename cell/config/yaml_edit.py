@@ -34,7 +34,7 @@ class Changes:
     added: Mapping[KeyPath, str] = field(default_factory=dict)
     """New keys of mappings that are there; they come first in these."""
     renamed: Mapping[KeyPath, tuple[str, str]] = field(default_factory=dict)
-    """Keys in the place of which another one comes, with its value."""
+    """Keys in the place of which another one comes, or the same, with its value."""
 
 
 def changed(text: str, changes: Changes) -> str:
@@ -64,8 +64,8 @@ def changed(text: str, changes: Changes) -> str:
         result = result[:start] + new + result[end:]
     wanted = copy.deepcopy(parsed(text))
     for path, (key, new) in changes.renamed.items():
-        _set(wanted, (*path[:-1], key), parsed(new))
         del _at(wanted, path[:-1])[path[-1]]  # type: ignore[attr-defined]
+        _set(wanted, (*path[:-1], key), parsed(new))
     for path, new in (*changes.values.items(), *changes.added.items()):
         _set(wanted, path, parsed(new))
     if parsed(result) != wanted:

@@ -11,7 +11,6 @@ from cell.config.problem import KeyPath
 from cell.config.settings import CellSettings, FrameSettings, InFrame, PoseSettings, ZoneSettings
 from cell.config.units import ToSI
 from cell.config.yaml_edit import Changes
-from cell.config.zone_entry import ZoneEntry
 from cell.geometry import compose
 from cell.messages import SetZone
 
@@ -63,7 +62,15 @@ def _changes(content: CellFile, change: SetZone) -> Changes:
         renamed |= {} if same else {(*path, present): (change.shape, _one_line(change.shape, lengths))}
     if change.of is not None:
         (values if "of" in entry.model_fields_set else added)[*path, "of"] = change.of.value
-    _prioritise((*path, "priority"), entry, change, values, added)
+    if change.priority and not entry.priority:
+        ranks = f"{{{', '.join(f'{robot}: {n}' for robot, n in change.priority.items())}}}"
+        if "priority" in entry.model_fields_set:
+            renamed[*path, "priority"] = "priority", ranks
+        else:
+            added[*path, "priority"] = ranks
+    else:
+        for robot, n in change.priority.items():
+            (values if robot in entry.priority else added)[*path, "priority", robot] = str(n)
     return Changes(values, added, renamed)
 
 
@@ -80,13 +87,3 @@ def _one_line(shape: str, lengths: list[str]) -> str:
     if shape == "cylinder":
         return f"{{radius: {lengths[0]}, length: {lengths[1]}}}"
     return lengths[0] if shape == "sphere" else f"[{', '.join(lengths)}]"
-
-
-def _prioritise(
-    path: KeyPath, entry: ZoneEntry, change: SetZone, values: dict[KeyPath, str], added: dict[KeyPath, str]
-) -> None:
-    if change.priority and "priority" not in entry.model_fields_set:
-        added[path] = f"{{{', '.join(f'{robot}: {n}' for robot, n in change.priority.items())}}}"
-        return
-    for robot, n in change.priority.items():
-        (values if robot in entry.priority else added)[*path, robot] = str(n)

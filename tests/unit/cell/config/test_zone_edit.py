@@ -84,6 +84,13 @@ def test_what_the_zone_does_not_say_yet_comes_first_in_it(copy: Copy) -> None:
     assert "priority: {right: 3, left: 0}" in copy.cell.read_text()
 
 
+def test_several_priorities_come_where_there_is_none_yet(copy: Copy) -> None:
+    copy.change(CELL, OLD, f"{OLD}\n    priority: {{}}")
+    write_zone(copy.cell, order(priority={"left": 1, "right": 3}), zones(copy))
+    assert zones(copy)["handover"].priority == {"left": 1, "right": 3}
+    assert "    priority: {left: 1, right: 3}\n" in copy.cell.read_text()
+
+
 def test_a_zone_in_a_frame_is_placed_in_it(copy: Copy) -> None:
     copy.change(CELL, OLD, f"{OLD}\n    frame: table")
     copy.add(CELL, "frames: {table: {pose: {X: 500, Y: 0, Z: 0, A: 0, B: 0, C: 90}}}")
