@@ -66,7 +66,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="For programs: one JSON
 LogJsonOption = Annotated[
     bool, typer.Option("--log-json", help="Log one JSON object per line, for programs that collect logs.")
 ]
-"""Of whatever runs until it is stopped (`cell.commands.processes.json_log`)."""
+"""Of whatever runs until it is stopped (`cell.commands.processes.log_file`)."""
 
 ParentPipeOption = Annotated[int | None, typer.Option("--parent-pipe", hidden=True)]
 

@@ -4,22 +4,18 @@ import logging
 import os
 import threading
 from collections.abc import Callable
-from logging.handlers import RotatingFileHandler
 from pathlib import Path
 
 import typer
 
 from cell.commands.access import require
 from cell.commands.emergency.reach import STORED, reach_of, store
-from cell.commands.processes.json_log import JsonLog
+from cell.commands.processes.log_file import TEXT, JsonLog, log_by, log_to
 from cell.commands.processes.state_dir import LOGS, Lock, make_folder, state_folder
 from cell.commands.processes.stop import stop_event
 from cell.config.settings import CellSettings
 from cell.view.gate import Level
 
-LOG_BYTES = 1_000_000
-OLD_LOGS = 4
-_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 _LOG = logging.getLogger("cell")
 
 
@@ -39,7 +35,7 @@ def run_process(
     require(Level.OPERATE, part)
     stop = stop_event(parent_pipe)
     folder = state_folder(settings.file, settings.name, state_dir)
-    form = JsonLog(part) if log_json else logging.Formatter(_FORMAT)
+    form = JsonLog(part) if log_json else TEXT
     if parent_pipe is None:
         log_by(logging.StreamHandler(), form)
     else:
@@ -55,31 +51,3 @@ def run_process(
             _LOG.warning("%s is not written, `cell estop` will need the cell file: %s", folder / STORED, error)
         code = body(folder, stop)
     raise typer.Exit(code)
-
-
-def log_to(path: Path, form: logging.Formatter | None = None, most_bytes: int = LOG_BYTES) -> None:
-    """Append the process' log, and all that it prints, to `path`; a full file becomes `path.1`, at most 4 are kept."""
-    log_by(_LogFile(path, most_bytes), form or logging.Formatter(_FORMAT))
-
-
-def log_by(handler: logging.Handler, form: logging.Formatter) -> None:
-    """All that the process logs goes to `handler`."""
-    handler.setFormatter(form)
-    logging.basicConfig(level=logging.INFO, handlers=[handler])
-
-
-class _LogFile(RotatingFileHandler):
-    """A log that stdout and stderr go to as well: what is printed there, and the last words of a dying interpreter."""
-
-    def __init__(self, path: Path, most_bytes: int) -> None:
-        super().__init__(path, maxBytes=most_bytes, backupCount=OLD_LOGS, encoding="utf-8")
-        self._take_over()
-
-    def doRollover(self) -> None:
-        super().doRollover()
-        self._take_over()
-
-    def _take_over(self) -> None:
-        if self.stream is not None:
-            for fd in (1, 2):
-                os.dup2(self.stream.fileno(), fd)
