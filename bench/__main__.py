@@ -27,6 +27,7 @@ from bench.makespan import makespan
 from bench.nearness import nearness
 from bench.random_moves import random_moves
 from bench.rest import rests
+from bench.shared_room import shared_room
 from bench.short_lines import short_lines
 from bench.timing import Row, median_s
 from bench.view import view
@@ -142,6 +143,7 @@ def groups() -> dict[str, Callable[[], list[Row]]]:
         "trajectories": lambda: trajectories(model),
         "nearness": nearness,
         "clearance": clearances,
+        "shared_room": shared_room,
         "makespan": makespan,
         "short_lines": short_lines,
         "profile": lambda: [profile()],

@@ -8,7 +8,7 @@ import re
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -27,7 +27,8 @@ MOST = 8
 """What the project promises on two cores."""
 _READY_S = 120.0
 _SETTLE_S = 5.0
-_APART_MM = 6000
+_APART_MM = 6000.0
+"""In a row, out of one another's reach."""
 _CHANCE = 1e-3
 """Of the cycles: a few late ones more are what the host did meanwhile."""
 _PROGRAM = """LABEL again
@@ -50,7 +51,7 @@ def arms(seconds: float = 20.0) -> Iterator[Row]:
 def _measure(count: int, seconds: float) -> tuple[Row, bool]:
     """A row, and whether no more cycles were late than of the loop beside it."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        cell = _cell_of(count, Path(folder))
+        cell = cell_of([(_APART_MM * number, 0.0, 0.0) for number in range(count)], Path(folder))
         idle = stack.enter_context(IdleLoop(CYCLE_S, fifo=True))
         parent = stack.enter_context(running(cell))
         watcher = _Watcher(load_cell(cell), stack)
@@ -99,24 +100,24 @@ class _Watcher:
         return sum(each.counters.late_cycles for each in self._newest.values())
 
 
-def _cell_of(count: int, folder: Path) -> Path:
-    """A cell of so many of the example's left arm, in a row and out of one another's reach."""
+def cell_of(bases: Sequence[tuple[float, float, float]], folder: Path) -> Path:
+    """A cell of arms as the example's left one, which wave: X, Y [mm] and turn [deg] of each."""
     cell = copy_on_free_ports(folder)
     home = cell.parent
     drives = (home / "left_drives.yaml").read_text().replace("wire_time: true", "wire_time: false")
     shutil.rmtree(home / "programs")
     (home / "again.prog").write_text(_PROGRAM)
     gateways, robots = [], []
-    for number in range(count):
+    for number, (x, y, turn) in enumerate(bases):
         name = f"arm{number}"
         text = re.sub(r"\bleft\b", name, drives).replace("two_arms_left", f"arms_{number}")
         (home / f"{name}.yaml").write_text(text)
         gateways.append(f'  {name}_bus: {{endpoint: "{free_endpoint()}", drives: {name}.yaml}}')
         robots.append(
             f"  {name}: {{model: ../models/six_axis.yaml, gateway: {name}_bus, program: again.prog,"
-            f" base: {{X: {_APART_MM * number}, Y: 0, Z: 0, A: 0, B: 0, C: 0}}}}"
+            f" base: {{X: {x:.1f}, Y: {y:.1f}, Z: 0, A: 0, B: 0, C: {turn:g}}}}}"
         )
-    names = ", ".join(f"arm{number}" for number in range(count))
+    names = ", ".join(f"arm{number}" for number in range(len(bases)))
     cell.write_text(
         "cell: arms\nunits: {length: mm, angle: deg}\n"
         f'manager: {{endpoint: "{free_endpoint()}"}}\n'

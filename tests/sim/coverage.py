@@ -18,7 +18,7 @@ from cell.messages import (
     RobotState,
     ZoneState,
 )
-from drive_gateway.gateway.playout.joining import Refusal
+from drive_gateway.gateway.playout.joining import JoinRule
 from tests.sim.faults import KINDS, MOMENTS, ORDERS, ROOM_MOMENTS, Item, meets_another
 from tests.sim.judge.facts import Facts
 from tests.sim.world import World
@@ -120,7 +120,7 @@ _MODE_WAYS = (
     "estop to disabled", "running to fault", "fault to disabled", "enabling to halted", "enabling to off_path",
     "off_path to returning", "returning to halted",
 )  # fmt: skip
-_REFUSALS = (Refusal.SEQUENCE, Refusal.LATE, Refusal.POSITION, Refusal.OWNER)
+_REFUSALS = (JoinRule.SEQUENCE, JoinRule.LATE, JoinRule.POSITION, JoinRule.OWNER)
 """The others are for blocks that no agent sends."""
 
 

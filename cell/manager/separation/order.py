@@ -137,6 +137,17 @@ class _Near:
         return self._tables[mine, its]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shared:
+    """Room that a robot shares with another one."""
+
+    other: str
+    last: NDArray[np.intp]
+    """For each piece of the robot's way the last one of the other's that is too near to it; `_FREE`: none."""
+    near: Flags
+    """`(t, s)`: which of the other's pieces are too near to which of its own."""
+
+
 class Order:
     """The planned ways of all robots, and how far they have been let in."""
 
@@ -147,6 +158,10 @@ class Order:
         self._robots: dict[str, _Robot] = {}
         self._near: dict[tuple[str, str], _Near] = {}
         """By two robots, for their plans."""
+        self._shares: dict[str, list[_Shared]] = {}
+        """By robot, while nobody's plan and zones change: with whom it shares room at all."""
+        self._known_stuck: dict[tuple[tuple[str, int], ...], list[str]] = {}
+        """By where all stand, while nobody's plan and zones change."""
         self._holders: Mapping[str, str | None] = {}
         """All zones by name, and who has them."""
         self._answers: dict[tuple[str, ...], tuple[object, Refusal | None]] = {}
@@ -198,8 +213,15 @@ class Order:
                 self._look_at_zones(robot)
 
     def _look_at_zones(self, robot: str) -> None:
-        held = {zone for zone, holder in self._holders.items() if holder == robot}
-        self._robots[robot].look_at_zones(self._holders, held)
+        self._keep_others_out(robot, {zone for zone, holder in self._holders.items() if holder == robot})
+
+    def _keep_others_out(self, robot: str, held: Collection[str]) -> None:
+        mine = self._robots[robot]
+        before = mine.keeps
+        mine.look_at_zones(self._holders, held)
+        if mine.keeps is not before:
+            self._shares.clear()
+            self._known_stuck.clear()
 
     def why_not_grant(self, robot: str, zones: Sequence[str], going: Collection[str]) -> Refusal | None:
         """Who must get through before a robot has these zones; None: nobody, or it has no planned way.
@@ -244,7 +266,7 @@ class Order:
     def admitted(self, robot: str, pieces: Sequence[int]) -> tuple[int, Refusal | None]:
         """How many of the sections in these pieces of its plan a robot may be cleared, and who is in the way."""
         standing = self._positions()
-        if robot not in standing or not pieces:
+        if robot not in standing or not pieces or not self._shared_by(robot):
             return len(pieces), None
         already = self._stuck(standing)
         count, refusal = self._out_of_the_way_of_the_next(robot, pieces, standing)
@@ -355,8 +377,7 @@ class Order:
     def _holding(self, robot: str, zones: Collection[str], *, others: bool = True) -> Iterator[None]:
         """As if a robot had these zones, and the `others` that it has."""
         had = {zone for zone, holder in self._holders.items() if holder == robot} if others else set[str]()
-        mine = self._robots[robot]
-        mine.look_at_zones(self._holders, had.union(zones))
+        self._keep_others_out(robot, had.union(zones))
         try:
             yield
         finally:
@@ -367,21 +388,32 @@ class Order:
 
     def _stuck(self, standing: Mapping[str, int]) -> list[str]:
         """Who cannot get to the end of its way, one after the other, from where all stand; empty: the cell is safe."""
+        key = tuple(standing.items())
+        if key not in self._known_stuck:
+            if len(self._known_stuck) > _MOST_KNOWN * len(self._robots):
+                self._known_stuck.clear()
+            self._known_stuck[key] = self._find_stuck(standing)
+        return self._known_stuck[key]
+
+    def _find_stuck(self, standing: Mapping[str, int]) -> list[str]:
+        ends = {each: self._robots[each].end for each in standing}
         tries = _MOST_TRIES
 
         def stuck(at: dict[str, int]) -> list[str]:
             """Whoever can go to a bay may do so at once; of the others it may matter who goes first."""
             nonlocal tries
             tries -= 1
-            while found := next(
-                ((each, bay) for each in at if (bay := self._farthest_bay(each, at)) is not None), None
-            ):
-                at = {**at, found[0]: found[1]}
-            left = sorted(each for each, piece in at.items() if piece < self._robots[each].end)
+            went = True
+            while went:
+                went = False
+                for each, end in ends.items():
+                    if at[each] < end and (bay := self._farthest_bay(each, at)) is not None:
+                        at[each], went = bay, True
+            left = sorted(each for each, piece in at.items() if piece < ends[each])
             fewest = left
             for robot in left if tries > 0 else ():
-                if fewest and self._reach(robot, at) == self._robots[robot].end:
-                    fewest = min(fewest, stuck({**at, robot: self._robots[robot].end}), key=len)
+                if fewest and self._reach(robot, at) == ends[robot]:
+                    fewest = min(fewest, stuck({**at, robot: ends[robot]}), key=len)
             return fewest
 
         return stuck(dict(standing))
@@ -412,26 +444,35 @@ class Order:
     def _farthest_bay(self, robot: str, at: Mapping[str, int]) -> int | None:
         """To which it can go while the others stand."""
         bays = self._bays(robot, at)
-        bays = bays[bays <= self._reach(robot, at)]
+        if len(bays):
+            bays = bays[bays <= self._reach(robot, at)]
         return int(bays[-1]) if len(bays) else None
 
     def _bays(self, robot: str, at: Mapping[str, int]) -> NDArray[np.intp]:
         """The pieces ahead of it where nobody still has to pass."""
         here = at[robot]
         clear = np.ones(self._robots[robot].end - here, dtype=bool)
-        for other, its in at.items():
-            if other != robot:
-                clear &= self._last_near(other, robot)[here + 1 :] < its
+        for shared in self._shared_by(robot):
+            if (its := at.get(shared.other)) is not None:
+                clear &= shared.last[here + 1 :] < its
         return here + 1 + np.flatnonzero(clear)
 
     def _reach(self, robot: str, at: Mapping[str, int]) -> int:
         """The last piece to which it can go while the others stand; the rest of its own piece is ahead of it, too."""
         here = at[robot]
         blocked = np.zeros(self._robots[robot].end + 1 - here, dtype=bool)
-        for other, its in at.items():
-            if other != robot:
-                blocked |= self._too_near(robot, other)[here:, its]
+        for shared in self._shared_by(robot):
+            if (its := at.get(shared.other)) is not None:
+                blocked |= shared.near[its, here:]
         return here - 1 + (int(blocked.argmax()) if blocked.any() else len(blocked))
+
+    def _shared_by(self, robot: str) -> list[_Shared]:
+        """With whom of all that have a plan it shares room."""
+        if robot not in self._shares:
+            others = (other for other in self._positions() if other != robot)
+            tables = ((other, *self._tables(other, robot)) for other in others)
+            self._shares[robot] = [_Shared(*each) for each in tables if each[2].any()]
+        return self._shares[robot]
 
     def _last_near(self, robot: str, other: str) -> NDArray[np.intp]:
         """For each piece of the other's way the last one of the robot's own that is too near to it; `_FREE`: none."""
