@@ -34,8 +34,8 @@ class Bench(Enum):
     """One body at a time among things and spaces, against brute force."""
     SCENE = "tests.sim.scenes", 14
     """Whole cells in which one certain thing happens that generated cells hardly ever come to."""
-    SITUATION = "tests.sim.situations", 7
-    """The simulation's own tests of drives, I/O nodes, set-up and belts, by files."""
+    SITUATION = "tests.sim.situations", 8
+    """The simulation's own tests of drives, I/O nodes, set-up, belts and shared room, by files."""
 
     def __init__(self, module: str, seeds: int, *options: str) -> None:
         self._module, self._seeds, self._options = module, seeds, options

@@ -155,6 +155,30 @@ SPACE = (
         ),
         bench=Bench.SCENE,
     ),
+    Mutant(
+        "let-in-without-order",
+        "a robot is cleared as far as nothing is in its way now, whoever must still get through",
+        (
+            Edit(
+                LEDGER,
+                "        admitted, why = order.admitted(name, ask.pieces[:cleared])\n",
+                "        admitted, why = cleared, refusal\n",
+            ),
+        ),
+        bench=Bench.SITUATION,
+    ),
+    Mutant(
+        "a-bay-anywhere",
+        "any place counts as one where nobody still has to pass",
+        (
+            Edit(
+                "cell/manager/separation/order.py",
+                "                clear &= shared.last[here + 1 :] < its\n",
+                "                clear &= its >= 0\n",
+            ),
+        ),
+        bench=Bench.SITUATION,
+    ),
     # Operators' words
     Mutant(
         "box-forgotten",

@@ -1,6 +1,6 @@
 """The simulation's own tests of what drawn cells hardly ever come to, a file of them as one run.
 
-python -m tests.sim.situations --seeds 0:7
+python -m tests.sim.situations --seeds 0:8
 """
 
 import sys
@@ -18,6 +18,7 @@ FILES = (
     "test_sim_guarding.py",
     "test_sim_corrections.py",
     "unkind/test_sim_adapter.py",
+    "test_sim_apart.py",
 )
 _OPTIONS = ("-x", "-q", "--no-header", "-m", "not soak", "-p", "no:cacheprovider", "--hypothesis-profile", "ci")
 
