@@ -120,7 +120,7 @@ def test_two_boxes_that_only_together_hold_the_arm_are_one_space(
     seed: int, cut: float, overlap: float, lower_by: float, axis: int
 ) -> None:
     try:
-        motion = planned(*sequence(seed, 3).blocks)
+        motion = planned(*sequence(seed, 3).moves)
     except PlanError:
         reject()
     low, high = body_bounds(motion)
@@ -143,7 +143,7 @@ def test_two_boxes_that_only_together_hold_the_arm_are_one_space(
 
 
 def test_neither_of_two_boxes_holds_the_arm_alone() -> None:
-    motion = planned(*sequence(5, 3).blocks)
+    motion = planned(*sequence(5, 3).moves)
     low, high = body_bounds(motion)
     low, high = low - 0.01, high + 0.01
     seam = (low + high) / 2.0
@@ -158,7 +158,7 @@ def test_neither_of_two_boxes_holds_the_arm_alone() -> None:
 
 
 def test_a_wall_thinner_than_a_step_is_not_jumped_over() -> None:
-    motion = planned(*sequence(3, 6).blocks)
+    motion = planned(*sequence(3, 6).moves)
     place = MODEL.forward(motion.q(motion.grid))[:, :3, 3]
     steps = np.diff(place, axis=0)
     step = int(np.linalg.norm(steps, axis=-1).argmax())
@@ -192,7 +192,7 @@ def test_an_elbow_that_goes_through_a_forbidden_space_is_seen_while_the_tcp_is_w
 
 
 def test_a_hull_holds_what_its_points_span() -> None:
-    motion = planned(*sequence(5, 3).blocks)
+    motion = planned(*sequence(5, 3).moves)
     low, high = body_bounds(motion)
     for outwards, free in ((0.02, True), (-0.02, False)):
         corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
@@ -206,7 +206,7 @@ def test_a_hull_holds_what_its_points_span() -> None:
 @settings(max_examples=6, deadline=None)
 def test_the_tool_points_within_its_cone_on_the_whole_motion(seed: int, axis: int, share: float) -> None:
     try:
-        motion = planned(*sequence(seed, 3).blocks)
+        motion = planned(*sequence(seed, 3).moves)
     except PlanError:
         reject()
     taus = np.arange(0.0, motion.duration_s, FINE_S)

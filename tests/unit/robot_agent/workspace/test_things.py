@@ -48,7 +48,7 @@ def first_touch(motion: Motion, *things: ThingSettings) -> Touch | None:
 
 
 def test_a_wall_thinner_than_a_step_is_not_jumped_over() -> None:
-    motion = planned(*sequence(3, 6).blocks)
+    motion = planned(*sequence(3, 6).moves)
     taus = motion.grid
     flange = points(motion, taus)[:, -1, 1]
     step = int(np.linalg.norm(np.diff(flange, axis=0), axis=-1).argmax())
@@ -61,7 +61,7 @@ def test_a_wall_thinner_than_a_step_is_not_jumped_over() -> None:
 
 
 def test_the_margin_is_kept_and_told() -> None:
-    motion = planned(*sequence(5, 3).blocks)
+    motion = planned(*sequence(5, 3).moves)
     lowest = points(motion, np.arange(0.0, motion.duration_s, FINE_S))
     moving = np.array([capsule.link > 0 for capsule in MODEL.body])
     floor = float((lowest[..., 2][:, moving].min(axis=-1) - MODEL.capsule_radii[moving]).min())
@@ -75,7 +75,7 @@ def test_the_margin_is_kept_and_told() -> None:
 
 
 def test_links_that_may_touch_are_not_kept_away() -> None:
-    motion = planned(*sequence(5, 3).blocks)
+    motion = planned(*sequence(5, 3).moves)
     inside = ThingSettings(
         "nest", SphereShape(0.02), PoseSettings(tuple(HERE.tolist()), UPRIGHT), 0.0, {"left": ("flange",)}
     )
@@ -87,7 +87,7 @@ def test_links_that_may_touch_are_not_kept_away() -> None:
 
 def test_a_mesh_of_ten_thousand_triangles_is_a_thing(tmp_path: Path) -> None:
     file = ball_file(tmp_path)
-    motion = planned(*sequence(5, 3).blocks)
+    motion = planned(*sequence(5, 3).moves)
     for beside in ([0.3, 0.3, 0.2], [0.0, 0.0, 0.0]):
         at = HERE + np.array(beside)
         meshed, smooth = (first_touch(motion, thing(shape, at)) for shape in (MeshShape(file, 0.001), SphereShape(0.1)))
