@@ -38,6 +38,8 @@ from tests.sim.bus import SimPort
 from tests.sim.clock import Clock
 from tests.sim.exchange import LEASE_S
 from tests.sim.host import Host
+from tests.sim.judge import Judge
+from tests.sim.judge.facts import Sample
 from tests.sim.network import Weather
 from tests.sim.planning_worker import SimWorker
 from tests.sim.world import World, load_bundle
@@ -294,6 +296,30 @@ def test_the_drives_of_a_killed_gateway_stop_and_a_restarted_one_finds_them_so(b
     world.start(LEFT_BUS)
     until(world, lambda: "left_bus" in world.seen.gateways and world.seen.gateways["left_bus"].ready)
     assert places(world) == stopped
+
+
+def test_a_bus_that_carries_nothing_keeps_no_drive_from_moving_on_by_itself() -> None:
+    world = moving(load_bundle())
+    bus = world.buses[LEFT_BUS]
+    bus.broken = True
+    for _ in range(10):
+        run(world, 0.05)
+        assert all(world.clock.now - node.now < 2.0 * bus.STEP_S for node in bus.nodes.values())
+
+
+def test_a_sample_knows_who_spoke_for_the_robot_when_it_was_taken(bundle: CellBundle) -> None:
+    world = World(bundle, 1, CALM)
+    facts, samples = Judge(world, only=()).facts, list[Sample]()
+    until(world, lambda: mode(world) is Mode.DISABLED)
+    run(world, 0.5)
+    facts.on_samples = samples.append
+    facts.take_sample()
+    world.kill(LEFT)
+    facts.take_sample()
+    world.start(LEFT)
+    facts.take_sample()
+    facts.flush()
+    assert [sample.spoken_for for sample in samples if sample.robot == "left"] == [True, False, False]
 
 
 def test_frames_take_their_time_on_the_wire() -> None:
