@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +43,7 @@ class Supply:
         return self.planner.sampled(motion), segment
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Course:
     """Along a planned motion, from sample `index` of a segment on, which is played at `tick`."""
 
@@ -71,6 +71,16 @@ class _Course:
             return wishes.requests
         return (*wishes.requests, RateRequest.ending_in(left_s, ends - tau, "ending together"))
 
+    @cached_property
+    def onwards(self) -> Segment:
+        """The next segment as wished; where a motion begins it is asked for twice: whether it leaves, and how."""
+        return self.next(stop=False)
+
+    def next(self, stop: bool) -> Segment:
+        """The next segment under the governor; `stop` brakes at once."""
+        cap_m_s = self.join.wishes.cap_m_s
+        return self.governor.next(self.segment, self.index, self.requests, self.holds, stop, cap_m_s)
+
 
 class GovernedPath:
     """A planned motion under the governor: of the program, back to its path, or standing still."""
@@ -89,7 +99,7 @@ class GovernedPath:
         start = self._start(join)
         if start is not None:
             self._course = self._beginning(join, start)
-        return start is not None and self.samples().segment.stop_tau != self._from_tau
+        return start is not None and self._course.onwards.stop_tau != self._from_tau
 
     def resume(self, join: Join) -> None:
         """Go on along the motion that `join.base` is on, which may have been extended; from rest a little later."""
@@ -101,10 +111,10 @@ class GovernedPath:
         self._course = _Course(self._supply, join, base.path, previous, index, tick)
 
     def samples(self) -> SentBlock:
-        return self._block(stop=False)
+        return self._block(self._course.onwards)
 
     def brake(self) -> SentBlock:
-        return self._block(stop=True)
+        return self._block(self._course.next(stop=True))
 
     def _start(self, join: Join) -> int | None:
         """The tick at which the motion begins, which comes after what is played; None as long as it is not due."""
@@ -121,9 +131,8 @@ class GovernedPath:
         standing = self._supply.governor(self._planned.motion).rest(self._from_tau)
         return _Course(self._supply, join, self._planned, standing, 0, start)
 
-    def _block(self, stop: bool) -> SentBlock:
-        course, cap_m_s = self._course, self._course.join.wishes.cap_m_s
-        segment = course.governor.next(course.segment, course.index, course.requests, course.holds, stop, cap_m_s)
+    def _block(self, segment: Segment) -> SentBlock:
+        course = self._course
         return SentBlock(course.join.sequence, course.tick, self, course.planned, segment)
 
 
@@ -158,9 +167,12 @@ class CorrectedPath(GovernedPath):
 
     def samples(self) -> SentBlock:
         """As wished; where nothing is to be followed any more, path and correction come to rest."""
-        return self._block(stop=self._course.join.wishes.correction is None)
+        return self._corrected(stop=self._course.join.wishes.correction is None)
 
-    def _block(self, stop: bool) -> SentBlock:
+    def brake(self) -> SentBlock:
+        return self._corrected(stop=True)
+
+    def _corrected(self, stop: bool) -> SentBlock:
         course, source, supply = self._course, self._source, self._supply
         join, correcting = course.join, course.join.wishes.correction
         ahead_s = join.ahead_s + (course.tick - join.tick) * supply.cycle_s

@@ -193,31 +193,35 @@ class OneWay:
     def _braking_at(self, start: PathState, law: RateLaw, stop: float, share: float) -> tuple[float, RateLaw] | None:
         """When on `law` to begin which ramp so that it ends exactly at way `stop`; None when it is too late for that.
 
-        Bracketing (Illinois) until the stop is near, then the same ramp a little earlier, later or longer. From rest
+        The bracket narrows until the stop is near, then the same ramp a little earlier, later or longer. From rest
         the way grows with the cube of the time, so there its cube root is looked at.
         """
-        low, high, order = 0.0, self._nominal * self._cycle_s, 3.0 if start.rate == 0.0 else 1.0
-        at_once, _ = self._stop_of(start, law, low, share, stop)
-        if at_once > 0.0:
-            return None
+        order = 3.0 if start.rate == 0.0 else 1.0
+        high = self._nominal * self._cycle_s
         last, _ = self._stop_of(start, law, high, share, stop)
         if last < 0.0:
             return None
-        early = -((-at_once) ** (1.0 / order))
-        late = early + (last - at_once) ** (1.0 / order)
+        at_once, _ = self._stop_of(start, law, 0.0, share, stop)
+        if at_once > 0.0:
+            return None
+        begun = (-at_once) ** (1.0 / order)
+        a, at_a, b, at_b = 0.0, -begun, high, (last - at_once) ** (1.0 / order) - begun
+        part = at_a / (at_a - at_b) if at_b > at_a else 0.0
         for _ in range(_ATTEMPTS):
-            t = (low * late - high * early) / (late - early) if late > early else low
+            t = a + part * (b - a)
             gap, ramp = self._stop_of(start, law, t, share, stop)
             end = self._sampler.after(start, law, t)
             if end.rate_dot == 0.0 and end.rate > 0.0 and abs(gap) < _NEAR_S * end.rate:
                 return max(t - gap / end.rate, 0.0), ramp
             if abs(gap) < _VERY_NEAR * float(np.abs(ramp.states[:, 3]).max()) * ramp.duration_s**3:
                 return t, ramp.longer(-gap)
-            behind = max(gap - at_once, 0.0) ** (1.0 / order) - (-at_once) ** (1.0 / order)
-            if gap > 0.0:
-                high, late, early = t, behind, early / 2.0
+            at_t = max(gap - at_once, 0.0) ** (1.0 / order) - begun
+            if (at_t > 0.0) == (at_a > 0.0):
+                c, at_c = a, at_a
             else:
-                low, early, late = t, behind, late / 2.0
+                c, at_c, b, at_b = b, at_b, a, at_a
+            a, at_a = t, at_t
+            part = _chandrupatla(a, at_a, b, at_b, c, at_c)
         return None
 
     def _stop_of(self, start: PathState, law: RateLaw, t: float, share: float, stop: float) -> tuple[float, RateLaw]:
@@ -225,3 +229,17 @@ class OneWay:
         end = self._sampler.after(start, law, t)
         ramp = self._steering.change(end, 0.0, share)
         return end.tau + ramp.advance - stop, ramp
+
+
+def _chandrupatla(a: float, at_a: float, b: float, at_b: float, c: float, at_c: float) -> float:
+    """Which part of the way from `a` to `b`, between which a root lies, is to be looked at next.
+
+    `a` is the newest point, `c` the one that it or `b` replaced. Inverse quadratic interpolation where it is certain to
+    stay between `a` and `b`, else half way (Chandrupatla 1997).
+    """
+    if at_a == at_c or at_b == at_c:
+        return 0.5
+    x, y = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
+    if y * y >= x or (1.0 - y) ** 2 >= 1.0 - x:
+        return 0.5
+    return at_a / (at_b - at_a) * at_c / (at_b - at_c) + (c - a) / (b - a) * at_a / (at_c - at_a) * at_b / (at_c - at_b)

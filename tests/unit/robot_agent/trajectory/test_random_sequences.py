@@ -22,8 +22,8 @@ ALLOWED = np.stack([LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk])
 EXCESS = 1.001
 IN_TEST, IN_ALL = range(10), 216
 DECORATED_IN_TEST, DECORATED_IN_ALL = (10, 22, 56), 203
-WORSE = 1.005
-"""What a search may take more on another processor, whose last digits differ."""
+WORSE = 1.01
+"""What a search may take more on another processor, whose last digits differ: 0.7 % were seen."""
 SLOWER = {
     0: 1.063,
     1: 1.092,
