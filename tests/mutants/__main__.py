@@ -26,16 +26,21 @@ _HANGS_S = 1800
 """A search that takes more processor time hangs, which is a way to be found."""
 _MOST_BYTES = 6 * 2**30
 """Of memory: one that hangs may take all there is."""
+_NO_MEMORY = ("MemoryError", "Cannot allocate memory")
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """How the search of one tree ended. `by` is empty where every run was in order, `runs` is 0 where none ended."""
+    """How the search of one tree ended. `by` is empty where every run was in order, `runs` is 0 where none ended.
+
+    A tree whose cell does not start is not a found fault: it may be planted badly. `trouble` says so.
+    """
 
     by: str
     runs: int
     at_s: float
     took_s: float
+    trouble: str = ""
 
 
 def search(mutant: Mutant | None, bench: Bench) -> Found:
@@ -54,7 +59,9 @@ def search(mutant: Mutant | None, bench: Bench) -> Found:
             return Found("the run does not end", 0, 0.0, took_s)
         if not report.exists():
             last = (done.stderr.strip().splitlines() or ["nothing was said"])[-1]
-            return Found(f"the cell does not start: {last}", 0, 0.0, took_s)
+            if any(each in last for each in _NO_MEMORY):
+                return Found(f"the run takes all memory: {last}", 0, 0.0, took_s)
+            return Found("", 0, 0.0, took_s, f"the cell does not start: {last}")
         told = json.loads(report.read_text())
     if not told["broken"]:
         return Found("", told["seeds"], 0.0, took_s)
@@ -64,7 +71,7 @@ def search(mutant: Mutant | None, bench: Bench) -> Found:
 
 def judge(mutant: Mutant, found: Found) -> bool:
     """Whether the outcome is the one that the catalog says."""
-    return bool(found.by) != bool(mutant.harmless)
+    return not found.trouble and bool(found.by) != bool(mutant.harmless)
 
 
 def line(mutant: Mutant, found: Found) -> str:
@@ -73,7 +80,7 @@ def line(mutant: Mutant, found: Found) -> str:
         when = f" in run {found.runs} after {found.at_s:.1f} s" if found.runs else ""
         how = f"found{when} by: {found.by}"
     else:
-        how = f"NOT found in {found.runs} runs"
+        how = found.trouble or f"NOT found in {found.runs} runs"
     known = f" (harmless: {mutant.harmless})" if mutant.harmless else ""
     return f"{mutant.name:28s} {how}{known}  [{found.took_s:.0f} s]  {mutant.says}"
 
@@ -93,8 +100,9 @@ def run_all(mutants: list[Mutant], jobs: int) -> bool:
                 print(line(planted[ended], found), flush=True)
                 continue
             name = f"(nothing, {clean[ended].name.lower()})"
-            print(f"{name:28s} {found.by or 'in order'}, {found.runs} runs  [{found.took_s:.0f} s]", flush=True)
-            if found.by:
+            how = found.by or found.trouble or "in order"
+            print(f"{name:28s} {how}, {found.runs} runs  [{found.took_s:.0f} s]", flush=True)
+            if how != "in order":
                 print("the tree breaks an invariant without any planted fault: mend that first")
                 pool.shutdown(cancel_futures=True)
                 return False
