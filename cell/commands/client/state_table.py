@@ -7,7 +7,7 @@ from rich.text import Text
 
 from cell.commands.client.cell_view import Snapshot
 from cell.config.settings import CellSettings
-from cell.messages import GatewayState, ManagerState, MeetingStatus, ProgramState, RobotState, ZoneState
+from cell.messages import ClockStatus, GatewayState, ManagerState, MeetingStatus, ProgramState, RobotState, ZoneState
 from cell.messages.manager_state import ZoneStatus
 from cell.view.words import (
     ALARMED,
@@ -137,15 +137,16 @@ def zone_line(name: str, zone: ZoneStatus) -> str:
 
 
 def clock_line(settings: CellSettings, seen: Snapshot) -> str:
-    """How well each robot knows cell time, by which robots start together and leave meetings, and each gateway."""
+    """What each process takes for cell time, and how well: by it robots start together and leave meetings."""
     clocks = {name: seen.robots[name].clock if name in seen.robots else None for name in settings.robots}
     told = {name: seen.gateways[name].clock if name in seen.gateways else None for name in settings.gateways}
     clocks |= {f"gateway {name}": clock for name, clock in told.items()}
-    known = (
-        f"{name} {'unknown' if clock is None else f'within {1000 * clock.error_s:.0f} ms'}"
-        for name, clock in clocks.items()
-    )
-    return f"cell time: {', '.join(known)} ({1000 * settings.times.clock_error_s:g} ms allowed)"
+    known = (f"{name} {'unknown' if clock is None else _offset(clock)}" for name, clock in clocks.items())
+    return f"cell time less own clock: {', '.join(known)} ({1e3 * settings.times.clock_error_s:g} ms allowed)"
+
+
+def _offset(clock: ClockStatus) -> str:
+    return f"{clock.offset_s:+.3f} s within {1e3 * clock.error_s:.0f} ms"
 
 
 def meeting_line(name: str, meeting: MeetingStatus) -> str:

@@ -132,15 +132,15 @@ def test_a_meeting_names_who_waits_and_for_whom() -> None:
     assert meeting_line("load", MeetingStatus()) == "meeting load: nobody waits"
 
 
-def test_it_says_how_well_each_robot_knows_cell_time() -> None:
+def test_it_says_what_each_process_takes_for_cell_time_and_how_well_it_knows() -> None:
     known = dataclasses.replace(RUNNING, clock=ClockStatus(-990.0, 0.0042))
     counters = BusCounters(1, 0, 0.0, 0, 0, 0, 0.3)
     gateway = GatewayState("left_bus", "g", 1, 0.004, "virtual", True, "", {}, None, (), counters)
     gateway = dataclasses.replace(gateway, clock=ClockStatus(-990.0, 0.0126))
     said = clock_line(CELL, Snapshot(robots={"left": known}, gateways={"left_bus": gateway}))
     assert said == (
-        "cell time: left within 4 ms, right unknown, gateway left_bus within 13 ms, gateway right_bus unknown "
-        "(50 ms allowed)"
+        "cell time less own clock: left -990.000 s within 4 ms, right unknown, "
+        "gateway left_bus -990.000 s within 13 ms, gateway right_bus unknown (50 ms allowed)"
     )
 
 
