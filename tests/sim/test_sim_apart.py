@@ -1,6 +1,7 @@
 """Two arms share room without a zone: they never touch, and come to the end of what they can do."""
 
 import random
+import re
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,7 @@ def test_arms_that_want_to_end_at_one_place_stop_in_front_of_each_other_and_say_
     assert "of where right's link" in waits
     (event,) = [each for each in cell.world.seen.events if each.code == "space_standoff"]
     assert event.text.startswith("left and right wait for each other: left's link")
+    assert re.search(r"the TCP of left is at X -\d+, Y 0, Z \d+ mm; the TCP of right is at X -\d+, Y 0", event.text)
     assert "no way back frees them" in event.remedy, "both want to stay there: no way back frees them"
 
 

@@ -373,6 +373,14 @@ class Order:
                     return piece
         return None
 
+    def way_back_m(self, robot: str, waiting: Sequence[str]) -> float | None:
+        """How far that is [m], for what moves farthest of the robot."""
+        piece, mine = self.way_back(robot, waiting), self._robots.get(robot)
+        if piece is None or mine is None or mine.plan is None:
+            return None
+        points = mine.plan.pieces.points[piece : mine.at + 1].astype(float)
+        return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum(axis=0).max(initial=0.0))
+
     @contextmanager
     def _holding(self, robot: str, zones: Collection[str], *, others: bool = True) -> Iterator[None]:
         """As if a robot had these zones, and the `others` that it has."""

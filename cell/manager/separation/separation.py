@@ -57,7 +57,9 @@ class Separation:
         self._ledger = Ledger(settings.robots, boot, epoch, nearness, self._order)
         ours = [each for each in stored if each.robot in self._robots]
         self.assurances = Assurances(self._ledger, ours, settings.times.moves_alone_s)
-        self._standoffs = StandoffWatch(lambda robot, all_of_them: self._order.way_back(robot, all_of_them) is not None)
+        self._tcp_m: dict[str, tuple[float, float, float] | None] = {}
+        """By the newest presence of each."""
+        self._standoffs = StandoffWatch(self._order.way_back_m, self._tcp_m.get)
 
     def planned(self, way: PlannedWay) -> None:
         """Take what a robot of the cell has planned."""
@@ -72,6 +74,8 @@ class Separation:
         if way.links:
             self._links[robot], self._fixed[robot] = way.links, frozenset(way.fixed)
         self._at_rest[robot] = presence.stop_time_s == 0.0
+        tcp = presence.body.tcp_m[:1].tolist()
+        self._tcp_m[robot] = tuple(tcp[0]) if tcp else None
         where = self._ledger.hear(presence)
         reserved = where is Whereabouts.RESERVED
         other = "" if reserved else self._ledger.intruded(robot, presence.body, where)

@@ -1,5 +1,6 @@
 """Robots that keep each other out of the room that each needs next: none of them ever goes on by itself."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -11,8 +12,10 @@ from cell.messages import Deadlock, Refusal
 class StandoffWatch:
     """Looks for circles of robots at rest that wait for each other."""
 
-    way_back: Callable[[str, tuple[str, ...]], bool]
-    """Whether all these robots get through once the first one is let back."""
+    way_back_m: Callable[[str, tuple[str, ...]], float | None]
+    """How far a robot must be let back so that all of these get through [m]; None: no way back frees them."""
+    tcp_m: Callable[[str], tuple[float, float, float] | None]
+    """Where the TCP of a robot was heard last; None: that was not known."""
     _circles: LastingCircles[tuple[str, ...]] = field(default_factory=LastingCircles)
 
     @property
@@ -25,26 +28,39 @@ class StandoffWatch:
         return self._circles.look(
             _circles_of(refused),
             now,
-            lambda robots: Deadlock(robots, (), now, _text(robots, refused), self._remedy(robots)),
+            lambda robots: Deadlock(robots, (), now, self._text(robots, refused), self._remedy(robots)),
         )
 
     def _remedy(self, robots: tuple[str, ...]) -> str:
-        back = next((robot for robot in robots if self.way_back(robot, robots)), None)
-        if back is None:
+        backs = ((robot, self.way_back_m(robot, robots)) for robot in robots)
+        back, by_m = next(((robot, by_m) for robot, by_m in backs if by_m is not None), ("", 0.0))
+        if not back:
             return (
                 "no way back frees them: halt one of them (`cell halt ROBOT`), jog it away with `cell jog ROBOT`, "
                 "and when the others have passed `cell return ROBOT` and `cell continue ROBOT`"
             )
         others = " and ".join(robot for robot in robots if robot != back)
         return (
-            f"let {back} back: `cell override {back} -50` until {others} got through, then `cell override {back} 100`; "
+            f"let {back} back, by some {_rounded_mm(by_m)} mm: `cell override {back} -50` until {others} got through, "
+            f"then `cell override {back} 100`; "
             f"where what is kept of its path does not suffice, `cell halt {back}`, then jog it away "
             f"(`cell jog {back} --help`), and when {others} got through `cell return {back}` and `cell continue {back}`"
         )
 
+    def _text(self, robots: tuple[str, ...], refused: Mapping[str, Refusal]) -> str:
+        places = ((robot, self.tcp_m(robot)) for robot in robots)
+        told = (
+            f"the TCP of {robot} is at X {1e3 * at[0]:.0f}, Y {1e3 * at[1]:.0f}, Z {1e3 * at[2]:.0f} mm"
+            for robot, at in places
+            if at is not None
+        )
+        parts = "; ".join([*(refused[robot].text for robot in robots), *told])
+        return f"{' and '.join(robots)} wait for each other: {parts}"
 
-def _text(robots: tuple[str, ...], refused: Mapping[str, Refusal]) -> str:
-    return f"{' and '.join(robots)} wait for each other: {'; '.join(refused[robot].text for robot in robots)}"
+
+def _rounded_mm(by_m: float) -> int:
+    """Planned ways are known in coarse pieces only."""
+    return 10 * math.ceil(100.0 * by_m)
 
 
 def _circles_of(refused: Mapping[str, Refusal]) -> list[tuple[str, ...]]:

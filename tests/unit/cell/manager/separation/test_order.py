@@ -372,6 +372,10 @@ def test_who_has_to_back_is_told_how_far() -> None:
     ways.hear("b", 2)
     assert ways.order.way_back("a", ["a", "b"]) == 1
     assert ways.order.way_back("b", ["a", "b"]) == 1
+    assert ways.order.way_back_m("a", ["a", "b"]) == pytest.approx(0.06)
+    ways.hear("a", 4)
+    assert ways.order.way_back_m("a", ["a", "b"]) == pytest.approx(0.18)
+    assert ways.order.way_back_m("c", ["a", "b"]) is None
 
 
 _BODY = Body(True, (0.0, 0.0, 0.0), 1.0)

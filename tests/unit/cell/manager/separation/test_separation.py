@@ -42,7 +42,7 @@ class Two:
         """It is at `x`, owns so many of these sections, and asks for the others; a plan begins there."""
         self._sequence += 1
         body = plain_body((0.1,), (((x, 0.0, 0.0, x, 0.0, 0.0),),), (0.0,), reach_m=0.5)
-        body = replace(body, known=known)
+        body = replace(body, known=known, tcp_m=np.array([[x, 0.0, 1.25]], np.float32))
         pieces = np.zeros(len(sections) if plan else 0, np.uint32)
         way = Way(sections, owned, owned, ("hand",), plan=plan, pieces=pieces)
         heard = Heard("m", 1)
@@ -143,7 +143,10 @@ def test_robots_that_are_refused_for_each_other_for_a_second_are_a_stand_off() -
         "right": "right's hand would come into where left's hand may be; 30 mm are kept",
     }
     assert cell.codes == ["space_standoff"]
-    assert cell.separation.standoffs[0].robots == ("left", "right")
+    (standoff,) = cell.separation.standoffs
+    assert standoff.robots == ("left", "right")
+    places = "the TCP of left is at X 0, Y 0, Z 1250 mm; the TCP of right is at X 1000, Y 0, Z 1250 mm"
+    assert standoff.text == f"left and right wait for each other: {refused['left']}; {refused['right']}; {places}"
     for _ in range(70):
         cell.says("left", _section(ord("l"), 0.0), 0.0)
         cell.answers()

@@ -12,9 +12,11 @@ from cell.messages import Body, PlannedWay, Presence, Sections, Stay, Way
 
 
 def pieces_of(robot: str, count: int) -> Sections:
-    """Piece k of a robot has the id 1000 times its letter, and k."""
+    """Piece k of a robot has the id 1000 times its letter, and k; each lies 60 mm from the one before it."""
     ids = np.uint64(1000 * ord(robot)) + np.arange(count, dtype=np.uint64)
-    return Sections(ids, np.zeros((count, 1, 2, 3), np.float32), np.zeros((count, 1), np.float32))
+    points = np.zeros((count, 1, 2, 3), np.float32)
+    points[..., 0] = 0.06 * np.arange(count)[:, None, None]
+    return Sections(ids, points, np.zeros((count, 1), np.float32))
 
 
 class Known:
