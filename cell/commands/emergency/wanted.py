@@ -8,6 +8,7 @@ from pathlib import Path
 from cell.commands.emergency.words import plain
 
 _FILE, _REASON, _CONNECT, _STATE_DIR = "--file", "--reason", "--connect", "--state-dir"
+_OPTIONS = (_FILE, _REASON, _CONNECT, _STATE_DIR)
 _SHORT = {"-f": _FILE, "-e": _CONNECT}
 
 
@@ -27,19 +28,18 @@ class Wanted:
 
 def wanted(words: Sequence[str]) -> Wanted:
     """The words after `cell estop`, in the forms that the other commands take; nothing in them is an error."""
-    found: dict[str, list[str]] = {option: [] for option in (_FILE, _REASON, _CONNECT, _STATE_DIR)}
+    found: dict[str, list[str]] = {option: [] for option in _OPTIONS}
     ignored: list[str] = []
-    rest = iter(words)
-    for word in rest:
-        if word.startswith("--"):
-            option, equals, value = word.partition("=")
-            in_word = bool(equals)
-        else:
-            option, value = _SHORT.get(word[:2], ""), word[2:]
-            in_word = bool(value)
-        if option not in found:
+    rest = list(words)
+    while rest:
+        word = rest.pop(0)
+        option, value = _option(word)
+        if not option:
             ignored.append(word)
-        elif value := value if in_word else next(rest, ""):
+            continue
+        if value is None:
+            value = "" if not rest or rest[0] in _SHORT or rest[0].partition("=")[0] in _OPTIONS else rest.pop(0)
+        if value:
             found[option].append(value)
     file, reason, folder = (found[option][-1] if found[option] else "" for option in (_FILE, _REASON, _STATE_DIR))
     return Wanted(
@@ -50,6 +50,14 @@ def wanted(words: Sequence[str]) -> Wanted:
         Path(folder) if folder else None,
         tuple(map(plain, ignored)),
     )
+
+
+def _option(word: str) -> tuple[str, str | None]:
+    """The option that a word names, empty where it is none, and the value in the word, None where it comes after it."""
+    if word.startswith("--"):
+        option, equals, value = word.partition("=")
+        return (option if option in _OPTIONS else "", value if equals else None)
+    return _SHORT.get(word[:2], ""), word[2:] or None
 
 
 def _absolute(file: str) -> Path:

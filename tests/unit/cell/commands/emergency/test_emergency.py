@@ -119,6 +119,13 @@ def test_an_empty_value_takes_no_other_word(option: str, monkeypatch: pytest.Mon
     assert wanted(["--file="]).file == Path("cell.yaml").absolute()
 
 
+def test_an_option_without_its_value_takes_no_other_option_for_it() -> None:
+    asked = wanted(["--reason", "-f", "/a.yaml", "-e", "--state-dir", "/s"])
+    assert (asked.file, asked.reason, asked.endpoints, asked.state_dir) == (Path("/a.yaml"), "operator", (), Path("/s"))
+    assert wanted(["--reason", "-5 V are gone"]).reason == "-5 V are gone"
+    assert wanted(["--reason", "-fire", "-f", "/a.yaml"]).reason == "-fire"
+
+
 # Whom it must reach
 
 
