@@ -1,4 +1,4 @@
-"""What shared room costs: an agent's step with it and without, and a manager with eight robots near each other.
+"""What shared room costs: an agent's step with it and without, a manager with eight robots near each other and far.
 
 `python -m bench shared_room` alone. Whole cells on virtual time, with the cores and the codec that real processes run:
 processor time of what they do, without Zenoh's own threads.
@@ -24,8 +24,8 @@ from tests.unit.config_world import TWO_ARMS
 ROBOTS = 8
 SECONDS = 20.0
 _READY_S = 30.0
-_RING_M = 2.6
-"""From the middle to each robot: neighbours are 2 m apart and share room."""
+_NEAR_M, _FAR_M = 2.6, 12.0
+"""From the middle of a ring to each robot: neighbours are 2 m apart and share room, or nobody reaches anybody."""
 
 
 def shared_room() -> Iterator[Row]:
@@ -36,7 +36,8 @@ def shared_room() -> Iterator[Row]:
             more_s = float(np.percentile(apart, share) - np.percentile(alone, share))
             what = f"an agent's step, {named}, kept apart beside not"
             yield Row(what, more_s, more_s / allowed_s, f"of {1e3 * allowed_s:g} ms")
-        yield _manager(Path(name) / "ring")
+        yield _manager(Path(name) / "near", _NEAR_M, "near each other", 0.25)
+        yield _manager(Path(name) / "far", _FAR_M, "out of each other's reach", 0.10)
 
 
 def _steps_s(folder: Path, margin_mm: float | None) -> list[float]:
@@ -51,20 +52,19 @@ def _steps_s(folder: Path, margin_mm: float | None) -> list[float]:
     return [took for each in steps for took in each]
 
 
-def _manager(folder: Path) -> Row:
+def _manager(folder: Path, ring_m: float, where: str, allowed: float) -> Row:
+    """Of the manager of a ring of robots, as a share of a core, beside what is `allowed`."""
     folder.mkdir()
     turns = np.arange(ROBOTS) * 2.0 * math.pi / ROBOTS
-    bases = [
-        (1e3 * _RING_M * math.cos(a), 1e3 * _RING_M * math.sin(a), math.degrees(a) + 180.0) for a in turns.tolist()
-    ]
+    bases = [(1e3 * ring_m * math.cos(a), 1e3 * ring_m * math.sin(a), math.degrees(a) + 180.0) for a in turns.tolist()]
     world = _moving(cell_of(bases, folder))
     manager = world.processes["manager"]
     parts = [_timed(manager.session, "take_in"), _timed(manager.core, "step"), _timed(manager.shell, "perform")]
     world.clock.run_until(world.clock.now + SECONDS)
     share = sum(map(sum, parts)) / SECONDS
     moving = sum(state.program.state is ProgramState.RUNNING for state in world.seen.robots.values())
-    what = f"manager with {ROBOTS} robots near each other, {moving} programs run, per second"
-    return Row(what, share, share / 0.25, "of 25 % of a core")
+    what = f"manager with {ROBOTS} robots {where}, {moving} programs run, per second"
+    return Row(what, share, share / allowed, f"of {100 * allowed:g} % of a core")
 
 
 def _moving(cell: Path) -> World:
