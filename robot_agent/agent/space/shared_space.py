@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from cell.messages import Body, Clearance, ManagerState, Sections, Way
+from cell.messages import Body, Clearance, ManagerState, Refusal, Sections, Way
 from robot_agent.agent.planning.passed import Passed, Piece, Span
 from robot_agent.agent.planning.plans import Planned
 from robot_agent.agent.space.outlook import Outlook
@@ -49,7 +49,7 @@ class SharedSpace:
         """The manager knows too little of what the robot has planned: its way ends in that of another one."""
         self.kept_apart = kept_apart
         self._owned = OwnedSpace(0, 0)
-        self._refusal = ""
+        self._refusal: Refusal | None = None
         self._way = Sections()
         """What was said last: all that is owned is in there."""
         self._measured: frozenset[int] = frozenset()
@@ -65,7 +65,7 @@ class SharedSpace:
         """The robot is owned under a new claim; `epoch` is the highest of a manager that its gateway knows."""
         if owner != self._owned.owner:
             self._owned = self._owned.claimed(owner, epoch)
-            self._way, self._refusal = Sections(), ""
+            self._way, self._refusal = Sections(), None
 
     def heard_manager(self, state: ManagerState) -> None:
         """A manager of this epoch lives."""
@@ -74,7 +74,7 @@ class SharedSpace:
     def heard(self, clearance: Clearance) -> None:
         """Take a clearance, unless it is old or for another robot."""
         if clearance.robot == self._robot and self._owned.take(clearance):
-            self._refusal = "" if clearance.refused is None else clearance.refused.text
+            self._refusal = clearance.refused
             self.look_further = clearance.look_further
 
     @property
@@ -100,7 +100,7 @@ class SharedSpace:
         closed = np.concatenate([[False], ~self._mine(motion.sections), [False]])
         borders = np.flatnonzero(closed[1:] != closed[:-1]).reshape(-1, 2)
         last, taus = len(closed) - 2, motion.taus
-        headway_s = _HEADWAY_S if self._refusal else 0.0
+        headway_s = _HEADWAY_S if self._refusal is not None and self._refusal.by else 0.0
         return [
             ("", Hold(float(taus[first]), self.why, np.inf if end == last else float(taus[end]), headway_s))
             for first, end in borders.tolist()
@@ -109,7 +109,7 @@ class SharedSpace:
     @property
     def why(self) -> str:
         """Why there is no more space, for people."""
-        return self._refusal or _UNANSWERED
+        return _UNANSWERED if self._refusal is None else self._refusal.text
 
     def owns(self, sections: Sections) -> bool:
         """Whether all of these may be used."""
@@ -212,7 +212,7 @@ class SharedSpace:
         owned = self._owned.follow(ids, committed, renounce=renounce)
         self._owned.ask(sequence, ids[owned:])
         if owned == len(ids):
-            self._refusal = ""
+            self._refusal = None
         self._way, self.beside_path = whole, FOLLOWING_M < use.widen_m < np.inf
         capsules = range(len(use.model.body))
         links = tuple(owned_by(part_of(use.model, capsule)) for capsule in capsules)

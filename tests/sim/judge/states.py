@@ -174,7 +174,8 @@ class SaysWhyItStands(Invariant):
             self.broken(robot, f"its state says that it holds {state.zones}, its presence {shown.message.holds}")
         self._names_the_holder(name, state)
         runs = state.mode is Mode.RUNNING and state.program.state is ProgramState.RUNNING and facts.calm(self._CALM_S)
-        if not runs or state.waiting_for or facts.moving(robot) or facts.now - facts.told[name].feedback_at > 0.1:
+        stands = not facts.moving(robot) and not facts.creeping(robot)
+        if not runs or state.waiting_for or not stands or facts.now - facts.told[name].feedback_at > 0.1:
             self._since.pop(robot, None)
         elif facts.now - self._since.setdefault(robot, facts.now) > self._LONGEST_S:
             self.broken(robot, f"its program runs, it has stood for {self._LONGEST_S:g} s and does not say why")

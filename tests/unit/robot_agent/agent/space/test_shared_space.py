@@ -37,8 +37,8 @@ def _space() -> SharedSpace:
     return space
 
 
-def _answer(space: SharedSpace, presence: int, number: int, cleared: int, why: str = "") -> None:
-    refused = Refusal("right", why) if why else None
+def _answer(space: SharedSpace, presence: int, number: int, cleared: int, why: str = "", by: str = "right") -> None:
+    refused = Refusal(by, why) if why else None
     space.heard(Clearance("left", "m", 5, 1, presence, number, cleared, refused))
 
 
@@ -60,6 +60,18 @@ def test_a_motion_is_held_where_its_space_is_not_cleared_and_not_behind() -> Non
     assert hold.tau == PLANNED.sections.taus[5]
     assert hold.until == np.inf
     assert hold.who == "right is in the way"
+
+
+@pytest.mark.parametrize(
+    ("why", "by", "keeps_it"), [("", "", False), ("not heard yet", "", False), ("near", "right", True)]
+)
+def test_headway_is_kept_behind_another_robot_alone(why: str, by: str, keeps_it: bool) -> None:
+    space, ahead = _space(), onward(PLANNED, 0.0, 0.0, 0.3)
+    space.way(2, Use(HOME, ARM, ahead))
+    _answer(space, 2, 1, 5, why, by)
+    space.way(3, Use(HOME, ARM, ahead))
+    ((_, hold),) = space.holds_on(PLANNED, 0.0)
+    assert (hold.headway_s > 0.0) is keeps_it
 
 
 def test_what_lies_behind_the_robot_is_given_back_and_closed() -> None:
