@@ -8,8 +8,8 @@ import numpy as np
 from robot_agent.paths.chain import CurveChain
 from robot_agent.paths.curves import Curve, Numbers, Polynomial, Trimmed, joining
 from robot_agent.paths.fitted_orientation import FittedOrientation
+from robot_agent.paths.junction import SHARPEST_RAD, TANGENT_RAD, Junction, via
 from robot_agent.paths.legs import Leg, turn_before
-from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, Meeting, via
 from robot_agent.paths.orientation import Orientation, Turn, Window, swing
 from robot_agent.paths.tangential import Tangential, aligned
 from robot_agent.paths.transition import Transition
@@ -76,48 +76,48 @@ def pose_paths(legs: list[Leg], blend_m: float) -> list[PosePath]:
 
     Blending a step of the curvature may leave the programmed curve by `blend_m`.
     """
-    joints = [_joint(legs, number) for number in range(len(legs) - 1)]
+    corners = [_corner(legs, number) for number in range(len(legs) - 1)]
     paths, first = [], 0
     for number in range(len(legs)):
-        if number == len(legs) - 1 or joints[number] is None:
+        if number == len(legs) - 1 or corners[number] is None:
             group = legs[first : number + 1]
             paths += [_Assembly([turn], [], blend_m).path() for turn in turn_before(group[0])]
-            paths.append(_Assembly(group, [joint for joint in joints[first:number] if joint], blend_m).path())
+            paths.append(_Assembly(group, [each for each in corners[first:number] if each], blend_m).path())
             first = number + 1
     return paths
 
 
 @dataclass(frozen=True, slots=True)
-class _Joint:
+class _Corner:
     """Two legs that meet without a stop, and by how much the corner between them is cut; 0: they are tangential."""
 
-    meeting: Meeting
+    junction: Junction
     cut_m: float
 
 
-def _joint(legs: list[Leg], number: int) -> _Joint | None:
+def _corner(legs: list[Leg], number: int) -> _Corner | None:
     """How a leg and the next one meet; None where the robot stops or where the joints decide how they pass."""
     before, after = legs[number], legs[number + 1]
     if before.on_the_spot or after.on_the_spot or before.round_m == 0.0:
         return None
     if before.tangential_rad != after.tangential_rad or before.flips != after.flips:
         return None
-    meeting = Meeting.of(before, after)
-    if meeting.turn_rad <= TANGENT_RAD:
-        return _Joint(meeting, 0.0)
-    if before.round_m is None or before.smooth or after.smooth or meeting.turn_rad > SHARPEST_RAD:
+    junction = Junction.of(before, after)
+    if junction.turn_rad <= TANGENT_RAD:
+        return _Corner(junction, 0.0)
+    if before.round_m is None or before.smooth or after.smooth or junction.turn_rad > SHARPEST_RAD:
         return None
     cut_m = min(before.round_m, before.curve.length_m / 2.0, after.curve.length_m / 2.0)
-    return _Joint(meeting, cut_m) if cut_m > SMALLEST_EDGE_M else None
+    return _Corner(junction, cut_m) if cut_m > SMALLEST_EDGE_M else None
 
 
 class _Assembly:
     """Puts legs and what joins them one after the other."""
 
-    def __init__(self, legs: list[Leg], joints: list[_Joint], blend_m: float) -> None:
+    def __init__(self, legs: list[Leg], corners: list[_Corner], blend_m: float) -> None:
         self._legs, self._blend_m = legs, blend_m
-        self._meetings = [joint.meeting for joint in joints]
-        self._cuts = [0.0, *[joint.cut_m for joint in joints], 0.0]
+        self._junctions = [each.junction for each in corners]
+        self._cuts = [0.0, *[each.cut_m for each in corners], 0.0]
         self._curves: list[Curve] = []
         self._at = 0.0
         self._starts = [0.0]
@@ -141,10 +141,10 @@ class _Assembly:
             self._turn_along(number, self._at - first, body.length_m)
             self._append(Trimmed(body, first, last))
             self._ends[leg.move] = self._at
-            joint = made[number + 1]
-            if joint is not None:
+            connector = made[number + 1]
+            if connector is not None:
                 before = self._at
-                self._append(joint)
+                self._append(connector)
                 self._ends[leg.move] = (before + self._at) / 2.0
                 if self._cuts[number + 1]:
                     self._windows.append(Window(before, self._at))
@@ -219,24 +219,24 @@ class _Assembly:
     def _connector(self, bodies: list[Trimmed], number: int) -> tuple[Curve | None, float]:
         """What joins body number - 1 and the next: a round edge, a blend, or nothing; and what it takes from both."""
         before, after, cut = bodies[number - 1], bodies[number], self._cuts[number]
-        meeting = self._meetings[number - 1]
+        junction = self._junctions[number - 1]
         if cut:
             edge = joining(before.at(np.array(before.length_m)), after.at(np.zeros(())), 2.0 * cut)
             corner = self._legs[number].curve.at(np.zeros(()))[0]
             passed = edge.derivative(_SHARES, 0) - corner
-            self._met[number] = meeting.rounded(cut, float(np.linalg.norm(passed, axis=1).min()))
+            self._met[number] = junction.rounded(cut, float(np.linalg.norm(passed, axis=1).min()))
             return edge, cut
-        if meeting.turn_rad <= _KINK_RAD and meeting.curvature_step <= _CURVATURE_STEP:
-            self._met[number] = meeting.passed(0.0)
+        if junction.turn_rad <= _KINK_RAD and junction.curvature_step <= _CURVATURE_STEP:
+            self._met[number] = junction.passed(0.0)
             return None, 0.0
-        expected = math.sqrt(self._blend_m / (_BLENDED * max(meeting.curvature_step, _CURVATURE_STEP)))
+        expected = math.sqrt(self._blend_m / (_BLENDED * max(junction.curvature_step, _CURVATURE_STEP)))
         wide = min(0.45 * before.length_m, 0.45 * after.length_m, _LONGEST_BLEND_M, expected)
         for _ in range(8):
             blend, away = _blended(before, after, wide)
             if away <= self._blend_m:
                 break
             wide *= 0.95 * math.sqrt(self._blend_m / away)
-        self._met[number] = meeting.passed(away)
+        self._met[number] = junction.passed(away)
         return blend, wide
 
 

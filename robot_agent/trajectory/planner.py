@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from robot_agent.kinematics import Model
 from robot_agent.paths import Arc, JointMove, Line, PathError, Sequence, Spline
 from robot_agent.paths.caps import Tolerance
+from robot_agent.paths.junction import edge_text
 from robot_agent.paths.legs import TcpMove, legs
-from robot_agent.paths.meeting import edge_text
 from robot_agent.paths.pose_path import PosePath, pose_paths
 from robot_agent.paths.sequence import Move
 from robot_agent.paths.smoothing import Entry, smoothed
@@ -216,14 +216,14 @@ class _Paths:
         made: list[JointPath | Independent] = [] if known is None else [known]
         for path in self._paths(start, known):
             path = path.later(moves)
-            meeting = self._meeting(made[-1], path) if made else path
-            if isinstance(meeting, Transition):
-                made.append(replace(path, transitions=(meeting, *path.transitions)))
+            passed = self._junction(made[-1], path) if made else path
+            if isinstance(passed, Transition):
+                made.append(replace(path, transitions=(passed, *path.transitions)))
             else:
-                made[-1:] = [meeting]
+                made[-1:] = [passed]
         return made
 
-    def _meeting(
+    def _junction(
         self, before: JointPath | Independent, path: JointPath | Independent
     ) -> JointPath | Independent | Transition:
         """Both in one, or the stop between them."""

@@ -20,7 +20,7 @@ def spliced(motion: Motion, tau: float, onward: Motion, first: float = 0.0) -> M
     moves = int(before[1] - before[0])
     ends = np.append(motion.ends[before[0] : before[1]] - first, onward.ends + offset)
     kept = motion.rests[(motion.rests > first) & (motion.rests <= tau)] - first
-    meeting = [each for each in motion.transitions if before[0] <= each.before and each.move <= before[1]]
+    inside = [each for each in motion.transitions if before[0] <= each.before and each.move <= before[1]]
     return replace(
         onward,
         pieces=Pieces.joined([motion.pieces.part(first, tau), onward.pieces]),
@@ -28,7 +28,7 @@ def spliced(motion: Motion, tau: float, onward: Motion, first: float = 0.0) -> M
         rests=np.concatenate([[0.0], kept, onward.rests[1:] + offset]),
         transitions=in_order(
             [
-                *(each.shifted(-int(before[0])) for each in meeting),
+                *(each.shifted(-int(before[0])) for each in inside),
                 *(each.shifted(moves) for each in onward.transitions),
             ]
         ),

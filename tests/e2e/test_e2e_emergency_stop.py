@@ -15,7 +15,7 @@ import zenoh
 from live_cell import ROOT, LiveCell, Recorder
 from zenoh.handlers import Callback
 
-from cell.commands.emergency.reach import reach_of, store
+from cell.commands.emergency.recipients import recipients_of, store
 from cell.messages import Estop
 from cell.net.options import Link, ZenohOptions, zenoh_config
 from cell.net.session import CellSession
@@ -55,7 +55,7 @@ def environment(**changes: str | None) -> dict[str, str]:
 def break_file(live: LiveCell) -> None:
     folder = live.file.parent / ".zencell" / live.settings.name
     folder.mkdir(parents=True)
-    store(folder, reach_of(live.settings))
+    store(folder, recipients_of(live.settings))
     live.file.write_text("cell: [")
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from cell.commands.checks.edges import idle_edges
-from cell.commands.checks.reach import unreachable_lines
+from cell.commands.checks.reachable import unreachable_lines
 from cell.commands.checks.readings import NamedFiles
 from cell.config.document import Document, Naming, read_text
 from cell.config.points_file import PointsOwner, PointsSettings, SignalKind, read_points, settings_of

@@ -9,7 +9,7 @@ from shlex import quote
 
 from cell.commands.emergency.answers import Answers, Member
 from cell.commands.emergency.door import DOOR_S, Door, Stop
-from cell.commands.emergency.reach import DELAY_S, Reach, read_leniently, read_strictly, stored_beside
+from cell.commands.emergency.recipients import DELAY_S, Recipients, read_leniently, read_strictly, stored_beside
 from cell.commands.emergency.wanted import Wanted, wanted
 from cell.commands.emergency.words import HARD_WIRED, open_standard_streams, operator_name, say
 
@@ -55,10 +55,10 @@ def stop_cell(asked: Wanted) -> int:
     return _end(asked, members, missing, _strangers(doors, members))
 
 
-def _ways(asked: Wanted, said: Reach, stored: list[Reach]) -> list[tuple[str, tuple[str, ...]]]:
+def _ways(asked: Wanted, said: Recipients, stored: list[Recipients]) -> list[tuple[str, tuple[str, ...]]]:
     """Every endpoint with the names of the cells that are meant there; without names, all that are there are."""
-    cells = tuple(dict.fromkeys(reach.cell for reach in (said, *stored) if reach.cell))
-    own = [endpoint for reach in (said, *stored) for endpoint in reach.endpoints]
+    cells = tuple(dict.fromkeys(each.cell for each in (said, *stored) if each.cell))
+    own = [endpoint for each in (said, *stored) for endpoint in each.endpoints]
     others = cells if asked.file_given else ()
     ways = [*((endpoint, others) for endpoint in asked.endpoints), *((endpoint, cells) for endpoint in own)]
     return list(dict.fromkeys(ways))
@@ -72,9 +72,9 @@ def _tell_sent(doors: list[Door], told: set[str]) -> set[str]:
     return told | {*sent}
 
 
-def _strangers(doors: list[Door], members: list[Reach]) -> list[str]:
+def _strangers(doors: list[Door], members: list[Recipients]) -> list[str]:
     """The cells that were stopped and of which nobody can say who belongs to them."""
-    return sorted({cell for door in doors for cell in door.others} - {reach.cell for reach in members})
+    return sorted({cell for door in doors for cell in door.others} - {each.cell for each in members})
 
 
 def _close(doors: list[Door]) -> None:
@@ -95,22 +95,22 @@ def _unsent(asked: Wanted, doors: list[Door]) -> int:
     return 1
 
 
-def _members(asked: Wanted, said: Reach, stored: list[Reach]) -> list[Reach]:
+def _members(asked: Wanted, said: Recipients, stored: list[Recipients]) -> list[Recipients]:
     """The cells that must confirm, with all that belongs to them; empty when nobody can say."""
     strict = read_strictly(asked.file)
     if strict is not None:
         return [strict]
-    return [reach for reach in stored if reach.cell == said.cell] or stored
+    return [each for each in stored if each.cell == said.cell] or stored
 
 
-def _tell_who_stands(answers: Answers, members: list[Reach], doors: list[Door], told: set[str]) -> list[str]:
+def _tell_who_stands(answers: Answers, members: list[Recipients], doors: list[Door], told: set[str]) -> list[str]:
     """Tell who confirms, as it comes, until all have or the time is up; return who has not.
 
     Doors that open meanwhile are told, too; `told` are those that were. When nobody can say who belongs to a cell, the
     whole time is waited and nobody of it is missing.
     """
-    open_ = {(reach.cell, *who) for reach in members for who in reach.members()}
-    waits_s = max((reach.estop_delay_s for reach in members), default=DELAY_S) + STANDSTILL_S
+    open_ = {(each.cell, *who) for each in members for who in each.members()}
+    waits_s = max((each.estop_delay_s for each in members), default=DELAY_S) + STANDSTILL_S
     confirmed: set[Member] = set()
     began = time.monotonic()
     waiting_told = manager_told = False
@@ -135,9 +135,9 @@ def _tell_who_stands(answers: Answers, members: list[Reach], doors: list[Door], 
     return [_name(member, members) for member in sorted(open_)]
 
 
-def _name(member: Member, members: list[Reach]) -> str:
+def _name(member: Member, members: list[Recipients]) -> str:
     cell, role, name = member
-    return f"{role} {name}" + (f" of {cell}" if [cell] != [reach.cell for reach in members] else "")
+    return f"{role} {name}" + (f" of {cell}" if [cell] != [each.cell for each in members] else "")
 
 
 def _tell_manager(latched: bool, text: str) -> None:
@@ -147,7 +147,7 @@ def _tell_manager(latched: bool, text: str) -> None:
         say(f"the manager does not confirm ({text}); robots and gateways hear the stop directly", error=True)
 
 
-def _end(asked: Wanted, members: list[Reach], missing: list[str], strangers: list[str]) -> int:
+def _end(asked: Wanted, members: list[Recipients], missing: list[str], strangers: list[str]) -> int:
     """The last words, and the exit code."""
     if asked.ignored:
         say(f"cell: ignored: {' '.join(map(quote, asked.ignored))}; for the options: cell estop --help", error=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 
 from cell.commands.access import require
-from cell.commands.emergency.reach import STORED, reach_of, store
+from cell.commands.emergency.recipients import STORED, recipients_of, store
 from cell.commands.processes.log_file import TEXT, JsonLog, log_by, log_to
 from cell.commands.processes.state_dir import LOGS, Lock, make_folder, state_folder
 from cell.commands.processes.stop import stop_event
@@ -46,7 +46,7 @@ def run_process(
     logging.getLogger("can").setLevel(logging.ERROR)
     with Lock(folder, part):
         try:
-            store(folder, reach_of(settings))
+            store(folder, recipients_of(settings))
         except OSError as error:
             _LOG.warning("%s is not written, `cell estop` will need the cell file: %s", folder / STORED, error)
         code = body(folder, stop)

@@ -6,11 +6,11 @@ import numpy as np
 
 from robot_agent.kinematics import Model
 from robot_agent.paths.curves import hermite
-from robot_agent.paths.meeting import edge_text
+from robot_agent.paths.junction import edge_text
 from robot_agent.paths.pose_path import SMALLEST_EDGE_M
 from robot_agent.paths.transition import Transition
+from robot_agent.trajectory.joints.joint_junction import JointJunction
 from robot_agent.trajectory.joints.joint_path import JointPath, Numbers, joined
-from robot_agent.trajectory.joints.meeting import JointMeeting
 from robot_agent.trajectory.joints.pieces import Pieces
 from robot_agent.trajectory.joints.tcp_way import with_tcp, without_tcp
 from robot_agent.trajectory.limits import Limits
@@ -23,18 +23,18 @@ _BRIDGE_SAMPLES = 33
 
 def blended(model: Model, limits: Limits, first: JointPath, second: JointPath) -> JointPath | Transition:
     """One path out of two that meet without a stop: tangential, or with a round edge; else why the robot stops."""
-    meeting = JointMeeting.of(model, limits.velocity, first, second)
+    junction = JointJunction.of(model, limits.velocity, first, second)
     if first.stops_for:
-        return meeting.stop(first.stops_for)
-    if meeting.smooth:
-        return _told(joined(*_seen(model, first, second)), meeting.passed(None))
-    if meeting.tangential:
-        return _curvature_spread(model, *_seen(model, first, second), limits.shaping.blend_m, meeting)
+        return junction.stop(first.stops_for)
+    if junction.smooth:
+        return _told(joined(*_seen(model, first, second)), junction.passed(None))
+    if junction.tangential:
+        return _curvature_spread(model, *_seen(model, first, second), limits.shaping.blend_m, junction)
     if first.round_m is None:
-        return meeting.stop("there is no round edge")
-    if meeting.sharp:
-        return meeting.stop("too sharp for a round edge")
-    return _rounded(model, *_seen(model, first, second), first.round_m, meeting)
+        return junction.stop("there is no round edge")
+    if junction.sharp:
+        return junction.stop("too sharp for a round edge")
+    return _rounded(model, *_seen(model, first, second), first.round_m, junction)
 
 
 def _seen(model: Model, first: JointPath, second: JointPath) -> tuple[JointPath, JointPath]:
@@ -65,7 +65,7 @@ def _told(path: JointPath, transition: Transition) -> JointPath:
 
 
 def _rounded(
-    model: Model, first: JointPath, second: JointPath, round_m: float, meeting: JointMeeting
+    model: Model, first: JointPath, second: JointPath, round_m: float, junction: JointJunction
 ) -> JointPath | Transition:
     """The corner cut where the TCP is `round_m` away from it, or half of the shorter move.
 
@@ -78,17 +78,17 @@ def _rounded(
     reach = min(float(side[1, -1]) if side[1, -1] > _STANDS_M else round_m for side in (back, ahead))
     cut_m = min(round_m, reach)
     if cut_m <= SMALLEST_EDGE_M or cut < _SMALLEST_CUT_S:
-        return meeting.stop(f"a stop is quicker than a {edge_text(round_m, cut_m)}")
+        return junction.stop(f"a stop is quicker than a {edge_text(round_m, cut_m)}")
     bridge = _bridge(model, first, second, cut)
     at = first.length - cut + np.linspace(0.0, 2.0 * cut, _BRIDGE_SAMPLES)
     passed = model.forward(bridge.pieces.position(at)[:, : first.joints])[:, :3, 3]
     corner = model.forward(first.end())[:3, 3]
     deviation_m = float(np.linalg.norm(passed - corner, axis=1).min())
-    return _told(bridge, meeting.rounded(round_m, cut_m, deviation_m))
+    return _told(bridge, junction.rounded(round_m, cut_m, deviation_m))
 
 
 def _curvature_spread(
-    model: Model, first: JointPath, second: JointPath, blend_m: float, meeting: JointMeeting
+    model: Model, first: JointPath, second: JointPath, blend_m: float, junction: JointJunction
 ) -> JointPath:
     """The step of the curvature spread over as much of both paths as the tolerance allows."""
     wide = 0.45 * min(first.length - first.corner_lengths[1], second.corner_lengths[0])
@@ -98,7 +98,7 @@ def _curvature_spread(
         if away <= blend_m:
             break
         wide *= min(0.7, 0.95 * float(np.sqrt(blend_m / away)))
-    return _told(bridge, meeting.passed(away))
+    return _told(bridge, junction.passed(away))
 
 
 def _bridge(model: Model, first: JointPath, second: JointPath, cut: float) -> JointPath:

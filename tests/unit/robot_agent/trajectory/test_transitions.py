@@ -278,12 +278,12 @@ def test_a_round_edge_is_never_slower_than_the_stop_which_is_taken_in_its_place(
     corner, after = at(y_mm=100), Line(at(y_mm=120, z_mm=100), speed_m_s, 2)
     rounded, stopping = (planned(Line(corner, speed_m_s, 1, round_m=each), after) for each in (round_mm / 1000.0, None))
     assert rounded.duration_s <= stopping.duration_s + 5e-4
-    (meeting,) = rounded.transitions
-    if meeting.passing is Passing.STOPS:
-        assert f"a stop is quicker than a round edge of {round_mm:g} mm" in meeting.reason
-    assert (meeting.passing is Passing.STOPS) == (stops(rounded) == 1)
-    assert (meeting.passing is Passing.STOPS) or round_mm >= 0.5
-    assert (meeting.passing is Passing.ROUNDED) or round_mm <= 10.0
+    (transition,) = rounded.transitions
+    if transition.passing is Passing.STOPS:
+        assert f"a stop is quicker than a round edge of {round_mm:g} mm" in transition.reason
+    assert (transition.passing is Passing.STOPS) == (stops(rounded) == 1)
+    assert (transition.passing is Passing.STOPS) or round_mm >= 0.5
+    assert (transition.passing is Passing.ROUNDED) or round_mm <= 10.0
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -17,12 +17,12 @@ from hypothesis import strategies as st
 from cell.commands.emergency import stop as course
 from cell.commands.emergency.answers import Answers
 from cell.commands.emergency.door import Stop
-from cell.commands.emergency.reach import (
+from cell.commands.emergency.recipients import (
     STORED,
-    Reach,
-    reach_of,
+    Recipients,
     read_leniently,
     read_strictly,
+    recipients_of,
     store,
     stored,
     stored_beside,
@@ -37,7 +37,7 @@ from tests.unit.manager_world import ball
 from tests.unit.repository import ROOT
 
 SHIPPED = sorted(ROOT.glob("cell_configs/*/cell.yaml"))
-REACH = Reach("two_arms", ("tcp/127.0.0.1:7450", "tcp/[::1]:7451"), ("left", "right"), ("left_bus",), 2.5)
+RECIPIENTS = Recipients("two_arms", ("tcp/127.0.0.1:7450", "tcp/[::1]:7451"), ("left", "right"), ("left_bus",), 2.5)
 
 
 def test_it_imports_no_more_than_zenoh_and_the_standard_library() -> None:
@@ -132,7 +132,7 @@ def test_an_option_without_its_value_takes_no_other_option_for_it() -> None:
 @pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.parent.name)
 def test_reads_leniently_what_the_schema_reads(file: Path) -> None:
     settings = load_cell_alone(file)
-    whole, found = reach_of(settings), read_leniently(file)
+    whole, found = recipients_of(settings), read_leniently(file)
     assert (found.cell, sorted(found.endpoints)) == (whole.cell, sorted(whole.endpoints))
     assert read_strictly(file) == whole
     assert whole.estop_delay_s == settings.times.estop_delay_s
@@ -160,7 +160,7 @@ def test_reads_leniently_what_the_schema_reads(file: Path) -> None:
 def test_reads_name_and_endpoints_whatever_else_is_broken(tmp_path: Path, text: str) -> None:
     file = tmp_path / "cell.yaml"
     file.write_bytes(text.encode("utf-8", "surrogateescape"))
-    assert read_leniently(file) == Reach("a", ("tcp/h:1",))
+    assert read_leniently(file) == Recipients("a", ("tcp/h:1",))
 
 
 @pytest.mark.parametrize(
@@ -187,7 +187,7 @@ def test_a_name_is_read_to_its_end_or_not_at_all(tmp_path: Path, text: str, name
 def test_reads_name_and_endpoints_in_whatever_encoding(tmp_path: Path, encoding: str) -> None:
     file = tmp_path / "cell.yaml"
     file.write_bytes("cell: a\nmanager: {endpoint: tcp/h:1}\nname: Tür\n".encode(encoding))
-    assert read_leniently(file) == Reach("a", ("tcp/h:1",))
+    assert read_leniently(file) == Recipients("a", ("tcp/h:1",))
 
 
 @pytest.mark.parametrize("part", ["\n", ' "a', " #", " ' # '", '"\\', "\ncell:", "&a ", "endpoint:"])
@@ -201,19 +201,19 @@ def test_no_text_keeps_the_stop_back(tmp_path: Path, part: str) -> None:
 
 def test_a_file_that_cannot_be_read_says_nothing(tmp_path: Path) -> None:
     for file in (tmp_path, tmp_path / "missing", Path("/dev/zero"), Path("a\0b")):
-        assert read_leniently(file) == Reach("", ())
+        assert read_leniently(file) == Recipients("", ())
         assert read_strictly(file) is None
 
 
 def test_what_a_process_stored_is_read_again(tmp_path: Path) -> None:
-    store(tmp_path, REACH)
-    store(tmp_path, REACH)
-    assert stored(tmp_path) == REACH
+    store(tmp_path, RECIPIENTS)
+    store(tmp_path, RECIPIENTS)
+    assert stored(tmp_path) == RECIPIENTS
     assert [file.name for file in tmp_path.iterdir()] == [STORED]
 
 
 def damaged(**changes: object) -> str:
-    return json.dumps(asdict(REACH) | changes)
+    return json.dumps(asdict(RECIPIENTS) | changes)
 
 
 DAMAGED = [
@@ -237,36 +237,36 @@ DAMAGED = [
 
 @pytest.mark.parametrize("text", DAMAGED, ids=lambda text: text[:20])
 def test_a_stored_file_that_is_broken_is_left_aside_and_the_others_count(tmp_path: Path, text: str) -> None:
-    for name in ("aa", REACH.cell, "zz"):
+    for name in ("aa", RECIPIENTS.cell, "zz"):
         (tmp_path / ".zencell" / name).mkdir(parents=True)
         (tmp_path / ".zencell" / name / STORED).write_text(text)
-    store(tmp_path / ".zencell" / REACH.cell, REACH)
+    store(tmp_path / ".zencell" / RECIPIENTS.cell, RECIPIENTS)
     assert stored(tmp_path / ".zencell" / "zz") is None
-    assert stored_beside(tmp_path / "cell.yaml", None, Reach("", ())) == [REACH]
+    assert stored_beside(tmp_path / "cell.yaml", None, Recipients("", ())) == [RECIPIENTS]
 
 
 def test_what_is_stored_beside_a_broken_cell_file_stands_in_for_it(tmp_path: Path) -> None:
     file = tmp_path / "cell.yaml"
-    other = Reach("other", ("tcp/other:1",))
-    for reach in (REACH, other):
-        folder = tmp_path / ".zencell" / reach.cell
+    other = Recipients("other", ("tcp/other:1",))
+    for each in (RECIPIENTS, other):
+        folder = tmp_path / ".zencell" / each.cell
         folder.mkdir(parents=True)
-        store(folder, reach)
-    assert stored_beside(file, None, Reach("", ())) == [other, REACH]
-    assert stored_beside(file, None, Reach("two_arms", ())) == [REACH]
-    assert stored_beside(file, None, Reach("two_arms", ("tcp/127.0.0.1:9",))) == [REACH]
-    assert stored_beside(file, None, Reach("renamed", REACH.endpoints)) == [REACH]
-    assert stored_beside(file, tmp_path / ".zencell" / "other", Reach("", ())) == [other]
-    assert stored_beside(tmp_path / "nowhere" / "cell.yaml", None, Reach("", ())) == []
+        store(folder, each)
+    assert stored_beside(file, None, Recipients("", ())) == [other, RECIPIENTS]
+    assert stored_beside(file, None, Recipients("two_arms", ())) == [RECIPIENTS]
+    assert stored_beside(file, None, Recipients("two_arms", ("tcp/127.0.0.1:9",))) == [RECIPIENTS]
+    assert stored_beside(file, None, Recipients("renamed", RECIPIENTS.endpoints)) == [RECIPIENTS]
+    assert stored_beside(file, tmp_path / ".zencell" / "other", Recipients("", ())) == [other]
+    assert stored_beside(tmp_path / "nowhere" / "cell.yaml", None, Recipients("", ())) == []
 
 
 def test_a_cell_file_that_was_not_named_says_nothing_of_the_doors_that_were() -> None:
     door = "tcp/elsewhere:1"
-    own = [(endpoint, (REACH.cell,)) for endpoint in REACH.endpoints]
-    asked = Wanted(Path("cell.yaml"), endpoints=(door, REACH.endpoints[0]))
-    assert course._ways(asked, REACH, [REACH]) == [(door, ()), (REACH.endpoints[0], ()), *own]
+    own = [(endpoint, (RECIPIENTS.cell,)) for endpoint in RECIPIENTS.endpoints]
+    asked = Wanted(Path("cell.yaml"), endpoints=(door, RECIPIENTS.endpoints[0]))
+    assert course._ways(asked, RECIPIENTS, [RECIPIENTS]) == [(door, ()), (RECIPIENTS.endpoints[0], ()), *own]
     asked = replace(asked, file_given=True)
-    assert course._ways(asked, REACH, [REACH]) == [(door, (REACH.cell,)), *own]
+    assert course._ways(asked, RECIPIENTS, [RECIPIENTS]) == [(door, (RECIPIENTS.cell,)), *own]
 
 
 # Who has confirmed
@@ -325,7 +325,7 @@ class FewAnswers(Answers):
 def test_waits_for_everyone_of_the_cell_and_names_them_as_they_confirm(capsys: pytest.CaptureFixture[str]) -> None:
     cell = "two_arms"
     answers = FewAnswers(set(), {(cell, "robot", "left")}, {(cell, "robot", "right"), (cell, "gateway", "left_bus")})
-    assert course._tell_who_stands(answers, [REACH], [], set()) == []
+    assert course._tell_who_stands(answers, [RECIPIENTS], [], set()) == []
     told = capsys.readouterr().out.splitlines()
     assert told == [
         "manager: the emergency stop is set",
@@ -340,7 +340,7 @@ def test_waits_as_long_as_the_cells_own_delay_and_then_names_who_has_not_confirm
 ) -> None:
     monkeypatch.setattr(course, "STANDSTILL_S", 0.05)
     monkeypatch.setattr(course, "NEWS_S", 0.0)
-    cell = Reach("c", (), ("left", "right"), (), 0.05)
+    cell = Recipients("c", (), ("left", "right"), (), 0.05)
     confirmed = FewAnswers({("c", "robot", "left")})
     assert course._tell_who_stands(confirmed, [cell], [], set()) == ["robot right"]
     assert "waiting up to 0 s for: robot right" in capsys.readouterr().out

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cell.commands.checks import check_cell
-from cell.commands.checks.reach import unreachable_lines
+from cell.commands.checks.reachable import unreachable_lines
 from robot_agent.kinematics import Model
 from robot_agent.language import Names, parse_program
 from tests.unit.config_world import CELL, ROBOT, Copy

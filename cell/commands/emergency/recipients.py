@@ -30,7 +30,7 @@ _BYTE_ORDER_MARKS = "\ufeff\ufffd"
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class Recipients:
     """A cell, as far as it is known: empty is what nobody has told."""
 
     cell: str
@@ -44,10 +44,10 @@ class Reach:
         return [*(("robot", robot) for robot in self.robots), *(("gateway", gateway) for gateway in self.gateways)]
 
 
-def reach_of(settings: "CellSettings") -> Reach:
+def recipients_of(settings: "CellSettings") -> Recipients:
     """What the settings of a cell say."""
     gateways = settings.gateways
-    return Reach(
+    return Recipients(
         settings.name,
         (settings.manager_endpoint, *(gateway.endpoint for gateway in gateways.values())),
         tuple(settings.robots),
@@ -56,54 +56,54 @@ def reach_of(settings: "CellSettings") -> Reach:
     )
 
 
-def store(folder: Path, reach: Reach) -> None:
+def store(folder: Path, recipients: Recipients) -> None:
     """Keep it for an emergency stop whose cell file cannot be used. Raises `OSError`."""
     file = folder / f"{STORED}.{os.getpid()}"
-    file.write_text(json.dumps(asdict(reach)), encoding="utf-8")
+    file.write_text(json.dumps(asdict(recipients)), encoding="utf-8")
     file.replace(folder / STORED)
 
 
-def stored(folder: Path) -> Reach | None:
+def stored(folder: Path) -> Recipients | None:
     """What was stored in a state folder; None where nothing is that can be used."""
     try:
         found = json.loads(_text(folder / STORED))
         endpoints, robots, gateways = (_texts(found[key]) for key in ("endpoints", "robots", "gateways"))
-        reach = Reach(str(found["cell"]), endpoints, robots, gateways, float(found["estop_delay_s"]))
+        known = Recipients(str(found["cell"]), endpoints, robots, gateways, float(found["estop_delay_s"]))
     except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
         return None
-    usable = _name(reach.cell) and 0.0 < reach.estop_delay_s <= _LONGEST_DELAY_S
-    return reach if usable else None
+    usable = _name(known.cell) and 0.0 < known.estop_delay_s <= _LONGEST_DELAY_S
+    return known if usable else None
 
 
-def read_leniently(file: Path) -> Reach:
+def read_leniently(file: Path) -> Recipients:
     """Name and endpoints of a cell file, as far as it shows them, whatever else stands in it."""
     text = _QUOTED_OR_COMMENT.sub(_without_comment, _text(file))
     name = _CELL.search(text)
-    return Reach(_name(name[1].strip()) if name is not None else "", tuple(dict.fromkeys(_ENDPOINT.findall(text))))
+    return Recipients(_name(name[1].strip()) if name is not None else "", tuple(dict.fromkeys(_ENDPOINT.findall(text))))
 
 
-def read_strictly(file: Path) -> Reach | None:
+def read_strictly(file: Path) -> Recipients | None:
     """The whole cell file, for who belongs to the cell; None when it is refused. Takes half a second."""
     if not _text(file):
         return None
     try:
         from cell.config import load_cell_alone
 
-        return reach_of(load_cell_alone(file))
+        return recipients_of(load_cell_alone(file))
     except Exception:
         return None
 
 
-def stored_beside(file: Path, state_dir: Path | None, said: Reach) -> list[Reach]:
+def stored_beside(file: Path, state_dir: Path | None, said: Recipients) -> list[Recipients]:
     """What was stored of the cell of which a cell file `said` something, or of all beside it if it says too little."""
     try:
         folders = [state_dir] if state_dir is not None else sorted((file.parent / ".zencell").iterdir())
     except OSError:
         return []
-    found = [reach for reach in map(stored, folders) if reach is not None]
+    found = [each for each in map(stored, folders) if each is not None]
     if state_dir is not None or not said.cell or not said.endpoints:
-        return [reach for reach in found if not said.cell or reach.cell == said.cell] or found
-    return [reach for reach in found if reach.cell == said.cell or set(reach.endpoints) & set(said.endpoints)]
+        return [each for each in found if not said.cell or each.cell == said.cell] or found
+    return [each for each in found if each.cell == said.cell or set(each.endpoints) & set(said.endpoints)]
 
 
 def _without_comment(found: re.Match[str]) -> str:

@@ -21,7 +21,7 @@ _SAME_CURVATURE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Meeting:
+class Junction:
     """Two moves of the TCP at their border."""
 
     before: int
@@ -35,7 +35,7 @@ class Meeting:
     round_m: float | None
 
     @classmethod
-    def of(cls, before: Leg, after: Leg) -> "Meeting":
+    def of(cls, before: Leg, after: Leg) -> "Junction":
         """Of two legs that both have a way."""
         ends = before.curve.at(np.array([before.curve.length_m])), after.curve.at(np.zeros(1))
         kink, step = (float(np.linalg.norm(ends[1][order] - ends[0][order])) for order in (1, 2))

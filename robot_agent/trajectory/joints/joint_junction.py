@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robot_agent.kinematics import Model
-from robot_agent.paths.meeting import SHARPEST_RAD, TANGENT_RAD, edge_text, rate_text
+from robot_agent.paths.junction import SHARPEST_RAD, TANGENT_RAD, edge_text, rate_text
 from robot_agent.paths.transition import Continuity, Passing, Transition
 from robot_agent.trajectory.joints.joint_path import JointPath, Numbers
 
@@ -17,7 +17,7 @@ _SAME_RATE_RAD_M = 2e-3
 
 
 @dataclass(frozen=True, slots=True)
-class JointMeeting:
+class JointJunction:
     """Two joint paths at their border."""
 
     before: int
@@ -32,7 +32,7 @@ class JointMeeting:
     """What steps, for people."""
 
     @classmethod
-    def of(cls, model: Model, velocity: Numbers, first: JointPath, second: JointPath) -> "JointMeeting":
+    def of(cls, model: Model, velocity: Numbers, first: JointPath, second: JointPath) -> "JointJunction":
         """Where `second` begins where `first` ends; `velocity` `(n,)` are the joints' speed limits."""
         states = first.state(first.length), second.state(0.0)
         kink, step = (float(np.linalg.norm((states[1][k] - states[0][k]) / velocity)) for k in (1, 2))
@@ -73,7 +73,7 @@ class JointMeeting:
         return Transition(self.before, self.move, self._continuity, passing, self.reason, deviation_m or 0.0)
 
     def rounded(self, round_m: float, cut_m: float, deviation_m: float) -> Transition:
-        """With a round edge, see `paths.meeting`."""
+        """With a round edge, see `paths.junction`."""
         reason = f"{self.reason}; {edge_text(round_m, cut_m)}"
         return Transition(self.before, self.move, self._continuity, Passing.ROUNDED, reason, deviation_m, cut_m=cut_m)
 
